@@ -6,7 +6,7 @@
  * van Baar, Gross 2001). The lens convolves it with a disc of radius C: W grows by C^2 / 4, and the
  * kernel gets the kurtosis of that (ResamplingKernel.h), with its mass kept:
  *
- *   K = 8 (n + 2) / (n + 3), n from PearsonExponent:  8 is a Gaussian
+ *   K = 8 (n + 2) / (n + 3), n + 3 = 1 / KurtosisLack:  8 is a Gaussian
  *   n < 1.99:  SmoothProfile
  *   n < 2.9:   BellProfile, K up to 6.64
  *   above:     g exp(-q/2) + (1 - g) bell, with g so that the mixture has K
@@ -83,11 +83,8 @@ template <class Real>
 SURFELSPLATTING_INLINE KernelProfile<Real> SpaceProfile(
   const FootprintOf<Real>& w, const BlurShape<Real>& blur, const Real& gaussianReach)
 {
-  const Real one = Uniform<Real>(1.0), trace = blur.Trace, squared = blur.SquaredConfusion;
-  const Real perDeterminant = w.InverseRoot * w.InverseRoot;
-  const Real lack = squared * perDeterminant * squared * perDeterminant *
-    (3.0 * trace * trace - 4.0 * w.Determinant) / 48.0; // 8 - K
-  const Real share = Smaller((8.0 - FocusBellKurtosis - lack) / (8.0 - FocusBellKurtosis), one);
+  const Real one = Uniform<Real>(1.0), lack = KurtosisLack(w, blur);
+  const Real share = 1.0 - lack * (8.0 / (8.0 - FocusBellKurtosis));
   const Real gaussian = share > WholeGaussian ? one : share;
   const KernelProfile<Real> sharp{ gaussianReach, one, 0.5 / Pi * w.InverseRoot, Real{} - gaussian,
     one };
@@ -96,12 +93,13 @@ SURFELSPLATTING_INLINE KernelProfile<Real> SpaceProfile(
   {
     return sharp;
   }
-  const Real exponent = 8.0 / Larger(lack, Uniform<Real>(1e-30)) - 3.0;
-  const MaskOf<Real> smooth = exponent < MaxSmoothExponent;
-  const Real most = Uniform<Real>(MaxSmoothExponent);
-  KernelProfile<Real> blurred =
-    Select<Real>(smooth, SmoothProfile(w, smooth ? exponent : most, 1.0),
-      BellProfile(w, exponent, FocusBellExponent, 1.0));
+  const MaskOf<Real> smooth = lack > LeastSmoothLack;
+  const Real least = Uniform<Real>(LeastSmoothLack);
+  constexpr double first = 1.0 / LeastSmoothLack, last = FocusBellExponent + 3.0;
+  const Real inverse = 1.0 / Larger(lack, Uniform<Real>(1.0 / last));
+  const Real r = Larger((inverse - first) * (1.0 / (last - first)), Real{});
+  KernelProfile<Real> blurred = Select<Real>(smooth, SmoothProfile(w, smooth ? lack : least, 1.0),
+    BellProfile(w, BellWeights<Real>{ BellEdge * r, 1.0 - r, (1.0 - BellEdge) * r }, r, 1.0));
   blurred.Scale = one;
   return Select<Real>(bell, blurred, sharp);
 }

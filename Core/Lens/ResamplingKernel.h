@@ -129,7 +129,7 @@ SURFELSPLATTING_INLINE FootprintOf<Real> Select(
  * Kernel as the raster evaluates it, at an offset (dx, dy) px from the centre:
  *   q = A (dx + K dy)^2 + B dy^2,   the support is q < Q = 2c
  *   Shape < 0:  k = Peak exp(-q/2)                 (Gaussian)
- *   0 <= Shape = r <= 1:  k = Peak x ((1 - r) x + r (a + (1 - a) x^3)),  x = 1 - q/Q  (BellProfile)
+ *   0 <= Shape <= 1:  k = Peak (e x + s x^2 + f x^4),  x = 1 - q/Q, weights BellOf   (BellProfile)
  *   Shape = SmoothShape + s:  k = Peak u^2 (3 - 2u),  u = min(1, s (1 - q/Q))   (SmoothProfile)
  * q is a sum of squares, so rounding cannot make it negative.
  *
@@ -202,70 +202,96 @@ struct BlurShape
 };
 
 /**
- * The kurtosis of (uniform disc of radius C convolved with the splat's own Gaussian), as the
- * exponent n of the Pearson-II kernel (1 - q/q0)^n that has it: K = mean of q^2 = 8 (n + 2) / (n +
- * 3). det and tr are those of W, which includes the disc's variance C^2/4:
- *   n + 3 = 384 det^2 / (C^4 (3 tr^2 - 4 det))
- * n is 0 if the footprint is all blur, and infinity or NaN in focus. Of an ellipse, with the
- * covariance C^2/4 S and det S = 1, tr is det W tr(W^-1 S).
+ * The kurtosis K = mean of q^2, q = x' W^-1 x, of (uniform disc of radius C convolved with a
+ * Gaussian), by what it lacks of a Gaussian's, which is 8:
+ *   (8 - K) / 8 = C^4 (3 tr^2 - 4 det) / (384 det^2)
+ * det and tr are those of W, which includes the disc's variance C^2/4. 0 in focus, 1/3 if the
+ * footprint is all blur; of a round footprint l^2 / 3, l the lens's share of W. The Pearson-II
+ * kernel (1 - q/q0)^n has 1 / (n + 3). Of an ellipse, with the covariance C^2/4 S and det S = 1, tr
+ * is det W tr(W^-1 S).
  */
 template <class Real>
-SURFELSPLATTING_INLINE Real PearsonExponent(const FootprintOf<Real>& w, const BlurShape<Real>& blur)
+SURFELSPLATTING_INLINE Real KurtosisLack(const FootprintOf<Real>& w, const BlurShape<Real>& blur)
 {
-  const Real squared = blur.SquaredConfusion;
-  const Real spread = squared * squared * (3.0 * blur.Trace * blur.Trace - 4.0 * w.Determinant);
-  return 384.0 * w.Determinant * w.Determinant / spread - 3.0;
+  const Real perArea = blur.SquaredConfusion * (w.InverseRoot * w.InverseRoot);
+  const Real spread = 3.0 * blur.Trace * blur.Trace - 4.0 * w.Determinant;
+  const Real lack = perArea * perArea * spread * (1.0 / 384.0);
+  return Smaller(Larger(lack, Real{}), Uniform<Real>(1.0 / 3.0)); // NaN: in focus
 }
 
-/// Splats with a smaller Pearson exponent have the kernel of SmoothProfile, others that of
-/// BellProfile. At 2 both are (1 - q/q0)^2.
-constexpr double MaxSmoothExponent = 1.99;
+/// Splats that lack more have the kernel of SmoothProfile, others that of BellProfile. Here, at n =
+/// 1.99, both are (1 - q/q0)^2.
+constexpr double LeastSmoothLack = 1.0 / 4.99;
 
-/// From this exponent on, the kernel of a surfel is that in focus: the lens has a share of at most
-/// 0.48 of W. The kernel in focus ends with a slope, which the blur takes away. The mixture below
-/// it is the closest one to the disc convolved with the kernel in focus (the test Disc and kernel
-/// in focus). With 2.9, where the kurtosis of both kernels is the same, slightly blurred surfaces
-/// are speckled, and a plane at 12 px has 0.06 dB less; with 100, a plane at 4 px has 0.1 dB less.
-constexpr double FocusExponent = 10.0;
+/// Weights of x, x^2 and x^4 in the kernel of BellProfile; their sum is 1.
+template <class Real>
+struct BellWeights
+{
+  Real Edge, Square, Fourth;
+};
 
-/// a: the larger it is, the smaller is the support of a splat in focus, and the more do neighbours
-/// ripple. With 0.5, pinhole pictures have the error that the Gaussian cut off at c = 2.5 gives;
-/// 0.4 gains 0.02 to 0.2 dB, and as much at 12 px of blur.
+/// The bell's edge in focus: the larger it is, the smaller is the support of a splat in focus, and
+/// the more do neighbours ripple. With 0.5, pinhole pictures have the error that the Gaussian cut
+/// off at c = 2.5 gives; 0.4 gains 0.02 to 0.2 dB, and as much at 12 px of blur.
 constexpr double BellEdge = 0.4;
+
+/// Its edge with little blur, which rounds the border off. With the edge in focus, thinly sampled
+/// surfaces ripple by 0.05 where the mean of pinholes is smooth. The closest bell to the disc
+/// convolved with that in focus has 0.13, and 0.13 of the square (the test Disc and kernel in
+/// focus), but a support 1.2 times as large: a plane at 12 px gains another 0.1 dB and takes 5 %
+/// longer.
+constexpr double BlurredBellEdge = 0.34;
+
+/// The bell has that edge where KurtosisLack is between these two. From the second one on it goes
+/// over into the square. (The lens has 0.09 and 0.46 of the variance of a round footprint there.)
+constexpr double LeastBlurredLack = 0.0025, LeastWideLack = 0.07;
+
+/// The raster's shape of a bell: 1 in focus, 1/2 with little blur, 0 for the square.
+/// @param lack KurtosisLack
+template <class Real>
+SURFELSPLATTING_INLINE Real BellShape(const Real& lack)
+{
+  const Real wide = (LeastSmoothLack - lack) * (0.5 / (LeastSmoothLack - LeastWideLack));
+  const Real blurred = Smaller(Larger(wide, Real{}), Uniform<Real>(0.5));
+  return Larger(1.0 - (0.5 / LeastBlurredLack) * lack, blurred);
+}
+
+/// @param shape BellShape
+template <class Real>
+SURFELSPLATTING_INLINE BellWeights<Real> BellOf(const Real& shape)
+{
+  const Real twice = shape + shape, one = Uniform<Real>(1.0), bell = Smaller(twice, one);
+  const Real blurred = Uniform<Real>(BlurredBellEdge);
+  const Real edge = blurred * bell + (Uniform<Real>(BellEdge) - blurred) * (twice - bell);
+  return { edge, one - bell, bell - edge };
+}
 
 /**
  * Kernel of a splat with little blur. In focus it has nearly the kurtosis and the support of the
  * Gaussian cut off at c = 2.5 (6.65 and q0 = 7.4 instead of 6.60 and 6.4), but it ends in zero: a
  * splat that moves enters a pixel without a jump. The smooth kernel below goes over into it.
  *
- *   k(q) = peak x ((1 - r) x + r (a + (1 - a) x^3)),  x = 1 - q/q0,  q = x' W^-1 x < q0
+ *   k(q) = peak (e x + s x^2 + f x^4),  x = 1 - q/q0,  q = x' W^-1 x < q0
  *
  * Gradients have the derivative of the kernel (1 - q/q0)^2, which ends in zero as well: t =
  * peak 12 m0 / q0 x.
  *
- * r grows from 0 to 1 from MaxSmoothExponent on. Mass and variance are exact for every r: with
- * the moments m0 = integral of k over x, m1 = that of (1 - x) k, q0 = 2 m0 / m1.
- * @param exponent from PearsonExponent
- * @param focus    the exponent from which on r is 1
- * @param support  Q of the Gaussian
+ * Mass and variance are exact for all weights: with the moments m0 = integral of k over x, m1 =
+ * that of (1 - x) k, q0 = 2 m0 / m1.
  */
 template <class Real>
 SURFELSPLATTING_INLINE KernelProfile<Real> BellProfile(
-  const FootprintOf<Real>& w, const Real& exponent, double focus, double support)
+  const FootprintOf<Real>& w, const BellWeights<Real>& k, const Real& shape, double support)
 {
-  constexpr double focus0 = BellEdge / 2.0 + (1.0 - BellEdge) / 5.0;  // m0 at r = 1
-  constexpr double focus1 = BellEdge / 6.0 + (1.0 - BellEdge) / 30.0; // m1
-  const Real share = (exponent - MaxSmoothExponent) * (1.0 / (focus - MaxSmoothExponent));
-  const Real one = Uniform<Real>(1.0);
-  const Real r = exponent < focus ? Larger(share, Real{}) : one; // NaN: in focus
-  const Real m0 = 1.0 / 3.0 + (focus0 - 1.0 / 3.0) * r;
-  const Real reach = 2.0 * m0 / (1.0 / 12.0 + (focus1 - 1.0 / 12.0) * r), inverse = 1.0 / reach;
-  return { reach, support * inverse, (1.0 / Pi) * inverse * w.InverseRoot / m0, r,
-    12.0 * m0 * inverse };
+  const Real m0 = k.Edge * (1.0 / 2.0) + k.Square * (1.0 / 3.0) + k.Fourth * (1.0 / 5.0);
+  const Real m1 = k.Edge * (1.0 / 6.0) + k.Square * (1.0 / 12.0) + k.Fourth * (1.0 / 30.0);
+  const Real perMass = 1.0 / m0, inverse = 0.5 * m1 * perMass; // 1 / q0
+  return { 2.0 * m0 / m1, support * inverse, (1.0 / Pi) * inverse * perMass * w.InverseRoot, shape,
+    6.0 * m1 };
 }
 
-/// A smooth kernel has a plateau below this Pearson exponent.
-constexpr double MaxPlateauExponent = 0.857;
+/// A smooth kernel that lacks more has a plateau: n = 0.857.
+constexpr double LeastPlateauLack = 1.0 / 3.857;
 
 /**
  * Kernel of a blurred splat: flat in the middle, with a smooth step down at the border. It has mass
@@ -286,10 +312,9 @@ constexpr double MaxPlateauExponent = 0.857;
  */
 template <class Real>
 SURFELSPLATTING_INLINE KernelProfile<Real> SmoothProfile(
-  const FootprintOf<Real>& w, const Real& exponent, double support)
+  const FootprintOf<Real>& w, const Real& lack, double support)
 {
-  const Real n = Larger(exponent, Real{});
-  const Real k = 8.0 * (n + 2.0) / (n + 3.0);
+  const Real k = 8.0 - 8.0 * lack;
   const Real middle = 3.0 + SquareRoot(Larger(9.0 - 1.5 * k, Real{}));
   const Real width = SquareRoot(5.0 * Larger(4.0 * middle - middle * middle, Real{}));
   const Real half = Larger(width, Uniform<Real>(1e-3)); // a disc without an edge: n = 0
@@ -297,7 +322,7 @@ SURFELSPLATTING_INLINE KernelProfile<Real> SmoothProfile(
   const Real root = 2.0 * c / (SquareRoot(Larger(b * b - 4.0 * a * c, Real{})) - b);
   const Real m = 1.0 - 0.5 * root;
   const Real sharp = 2.0 * m / (0.25 - 0.1 * root);
-  const MaskOf<Real> plateau = n < MaxPlateauExponent;
+  const MaskOf<Real> plateau = lack > LeastPlateauLack;
   const Real reach = plateau ? middle + half : sharp;
   const Real steepness = plateau ? (middle + half) / (2.0 * half) : root; // kappa q0
   const Real mass = plateau ? middle : sharp * root * root * m;           // of u^2 (3 - 2u) over q
@@ -315,19 +340,24 @@ SURFELSPLATTING_INLINE KernelProfile<Real> ChooseProfile(KernelType type,
     return GaussianProfile(gaussian, w);
   }
   const double support = gaussian.Support();
+  const Real focus = Uniform<Real>(1.0);
   if (!AnyLane<Real>(blur.SquaredConfusion != 0.0))
   {
-    return BellProfile(w, Uniform<Real>(FocusExponent), FocusExponent, support);
+    return BellProfile(w, BellOf(focus), focus, support);
   }
-  const Real exponent = PearsonExponent(w, blur);
-  const KernelProfile<Real> bell = BellProfile(w, exponent, FocusExponent, support);
-  const MaskOf<Real> smooth = exponent < MaxSmoothExponent;
+  const Real lack = KurtosisLack(w, blur), least = Uniform<Real>(LeastSmoothLack);
+  const MaskOf<Real> smooth = lack > LeastSmoothLack;
+  if (!AnyLane<Real>(Not(smooth)))
+  {
+    return SmoothProfile(w, lack, support);
+  }
+  const Real shape = BellShape(lack);
+  const KernelProfile<Real> bell = BellProfile(w, BellOf(shape), shape, support);
   if (!AnyLane<Real>(smooth))
   {
     return bell;
   }
-  const Real most = Uniform<Real>(MaxSmoothExponent);
-  return Select<Real>(smooth, SmoothProfile(w, smooth ? exponent : most, support), bell);
+  return Select<Real>(smooth, SmoothProfile(w, smooth ? lack : least, support), bell);
 }
 
 /// Makes the kernel with this profile and footprint.

@@ -308,20 +308,15 @@ SURFELSPLATTING_INLINE Lanes EvaluateSlope(
 {
   if (p.Kernel == ItemKernel::Smooth)
   {
-    const Lanes u = Smaller(x * p.Shape, 1.0f);
+    const Lanes u = Smaller(x * p.Steepness, 1.0f);
     d = u * (1.0f - u);
     return u * u * (3.0f - 2.0f * u);
   }
-  d = x;
-  const Lanes squared = x * x;
-  if (p.Kernel == ItemKernel::Focus)
-  {
-    return Edge * x + (1.0f - Edge) * (squared * squared);
-  }
   if (p.Kernel == ItemKernel::Bell)
   {
-    return (1.0f - p.Shape) * squared + (p.Shape * Edge) * x +
-      (p.Shape * (1.0f - Edge)) * (squared * squared);
+    d = x;
+    const Lanes squared = x * x;
+    return p.Edge * x + squared * (p.Square + p.Fourth * squared);
   }
   d = ExpOfMinus(Larger(Smaller((1.0f - x) * (0.5f * support), 80.0f), 0.0f));
   return d;

@@ -17,7 +17,6 @@ namespace
 enum class ItemKernel : std::int32_t
 {
   Smooth, ///< SmoothProfile
-  Focus,  ///< BellProfile in focus
   Bell,   ///< BellProfile
   Gaussian,
   Tent
@@ -35,7 +34,8 @@ struct alignas(64) PreparedItem
   float Back;
   float Depth, DepthX, DepthY;
   float Red, Green, Blue, Opacity;
-  float Shape; ///< of the kernel; SmoothProfile: its steepness
+  float Steepness;            ///< SmoothProfile
+  float Edge, Square, Fourth; ///< BellProfile
   ItemKernel Kernel;
   const BatchItem* Item;
 };
@@ -44,7 +44,6 @@ SURFELSPLATTING_INLINE ItemKernel KernelOf(float shape)
 {
   return shape < 0.0f           ? ItemKernel::Gaussian
     : shape >= FirstSmoothShape ? ItemKernel::Smooth
-    : shape == 1.0f             ? ItemKernel::Focus
                                 : ItemKernel::Bell;
 }
 
@@ -75,7 +74,11 @@ SURFELSPLATTING_INLINE void Prepare(
   p.Blue = s.Blue;
   p.Opacity = s.Opacity;
   p.Kernel = KernelOf(s.Shape);
-  p.Shape = p.Kernel == ItemKernel::Smooth ? s.Shape - FirstSmoothShape : s.Shape;
+  p.Steepness = s.Shape - FirstSmoothShape;
+  const BellWeights<float> bell = BellOf(s.Shape);
+  p.Edge = bell.Edge;
+  p.Square = bell.Square;
+  p.Fourth = bell.Fourth;
   if (OnLens)
   {
     const LensFootprint& lens = *item.Footprint;

@@ -23,7 +23,8 @@ double Evaluate(const Splat& s, double q, double support)
   const double t = 1.0 - q / support;
   if (s.Shape < static_cast<float>(SmoothShape))
   {
-    return t * (t + s.Shape * (BellEdge + (1.0 - BellEdge) * t * t * t - t));
+    const BellWeights<double> bell = BellOf<double>(s.Shape);
+    return t * (bell.Edge + t * (bell.Square + bell.Fourth * t * t));
   }
   const double u = std::fmin(1.0, t * (s.Shape - SmoothShape));
   return u * u * (3.0 - 2.0 * u);

@@ -12,11 +12,11 @@ struct ReferenceKernel
   enum Types
   {
     Gaussian, ///< exp(-q/2)
-    Bell,     ///< t ((1 - P) t + P (0.4 + 0.6 t^3))
+    Bell,     ///< Edge t + P t^2 + (1 - Edge - P) t^4
     Smooth    ///< u^2 (3 - 2u), u = min(1, P t)
   };
   Types Type = Gaussian;
-  double P = 0.0;
+  double P = 0.0, Edge = 0.0;
   double Mass = 0.0;   ///< integral over t in [0, 1]; not of the Gaussian
   double Moment = 0.0; ///< that of the kernel times 1 - t
 

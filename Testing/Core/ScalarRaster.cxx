@@ -33,10 +33,10 @@ ScalarKernel EvaluateScalar(double shape, double q, double error)
     return { u * u * (3.0 - 2.0 * u), u * (1.0 - u), 6.0 * u * (1.0 - u) * errorU + 8.0 * Epsilon,
       errorU + 4.0 * Epsilon };
   }
-  // |k'| is at most 2 + 0.8 shape. The slope is that of x^2 for every shape.
-  const double cube = (1.0 - BellEdge) * t * t * t;
-  return { t * (t + shape * (BellEdge + cube - t)), t, 2.8 * errorT + 8.0 * Epsilon,
-    errorT + 4.0 * Epsilon };
+  // |k'| is at most e + 2 s + 4 f, up to 3. The slope is that of x^2 for every shape.
+  const BellWeights<double> bell = BellOf<double>(shape);
+  return { t * (bell.Edge + t * (bell.Square + bell.Fourth * t * t)), t,
+    3.0 * errorT + 8.0 * Epsilon, errorT + 4.0 * Epsilon };
 }
 
 /// Of the area that a lens point sees, relative.
