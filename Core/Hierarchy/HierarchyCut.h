@@ -8,7 +8,8 @@
  *
  * - Moments: sigma^2 <= e^2 (0.95^2 h + 0.42^2 V_I), the variance of the node on the screen against
  *   those of pixel filter and lens. The node is drawn with its full covariance and a colour
- *   gradient. Below the size at which a node is drawn, its two children merge (CutRange.h).
+ *   gradient. Below the size at which a node is drawn, its two children merge (CutRange.h). The
+ *   coarsest level that is fine enough counts, whatever finer ones are.
  *
  * - Paper: r <= e max(C, sqrt(h)), the projected radius of the node's bounding sphere against the
  *   circle of confusion or the pixel (Krivanek, Zara, Bouatouch 2003, section 4, "LOD selection").
@@ -18,7 +19,7 @@
  * without the leaves' own variance (NodeExtent::Coherence).
  *
  * Nodes whose area vectors cancel (thin or folded surfaces, where the sum no longer tells how much
- * they hide) must be smaller by clamp((|A| / area - 0.5) / 0.4, 0.1, 1).
+ * they hide) must be smaller by clamp((|A| / area - 0.6) / 0.35, 0.1, 1).
  */
 #pragma once
 
