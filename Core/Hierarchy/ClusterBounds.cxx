@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace SurfelSplatting
 {
@@ -25,32 +26,73 @@ float ShareOfPlaces(const SurfelCloud& cloud, const HierarchyNode& node)
 
 constexpr NodeExtent NoExtent{ 0.0f, 0.0f, 1.0f };
 
-void Include(const NodeExtent& extent, NodeExtent& largest)
+/// Sums up the extents of nodes.
+class ExtentSum
 {
-  largest.Sigma = std::max(largest.Sigma, extent.Sigma);
-  largest.Size = std::max(largest.Size, extent.Size);
-  largest.Coherence = std::min(largest.Coherence, extent.Coherence);
+public:
+  /// @param largest whether Sigma is the largest one
+  explicit ExtentSum(bool largest)
+    : Largest(largest)
+  {
+  }
+
+  /// Adds some, or one. @param count of them
+  void Add(const NodeExtent& extent, double count)
+  {
+    const double variance = static_cast<double>(extent.Sigma) * extent.Sigma;
+    this->Count += count;
+    this->Fourth += count * variance * variance;
+    this->All.Sigma = std::max(this->All.Sigma, extent.Sigma);
+    this->All.Size = std::max(this->All.Size, extent.Size);
+    this->All.Coherence = std::min(this->All.Coherence, extent.Coherence);
+  }
+
+  NodeExtent Get() const
+  {
+    if (this->Largest)
+    {
+      return this->All;
+    }
+    const double mean = this->Fourth / std::fmax(this->Count, 1.0);
+    return { static_cast<float>(std::sqrt(std::sqrt(mean))), this->All.Size, this->All.Coherence };
+  }
+
+private:
+  bool Largest;
+  NodeExtent All = NoExtent;
+  double Count = 0.0, Fourth = 0.0;
+};
+
+/// Of a node or a leaf.
+NodeExtent ExtentOf(const SurfelCloud& cloud, std::size_t i)
+{
+  NodeExtent extent = NoExtent;
+  const Symmetric3 s = cloud.Covariance(i);
+  const double variance = cloud.IsInSpace() ? s.LargestEigenvalue() : std::sqrt(s.SquaredNorm());
+  extent.Sigma =
+    std::isfinite(variance) ? static_cast<float>(std::sqrt(std::fmax(0.0, variance))) : 0.0f;
+  if (cloud.IsNode(i))
+  {
+    const HierarchyNode& node = cloud.Node(i);
+    extent.Size = std::max(0.0f, node.Bound);
+    const float coherence = cloud.IsInSpace()
+      ? ShareOfPlaces(cloud, node)
+      : static_cast<float>(Coherence(AreaVectorOf(node), node.Area));
+    extent.Coherence = std::min(1.0f, coherence);
+  }
+  return extent;
 }
 
-/// Includes a node or a leaf.
-void Include(const SurfelCloud& cloud, std::size_t i, NodeExtent& largest)
+/// Raises a standard deviation to the largest of a leaf.
+void IncludeSigma(const SurfelCloud& cloud, std::size_t i, float& largest)
 {
   const Symmetric3 s = cloud.Covariance(i);
-  const double variance = static_cast<double>(largest.Sigma) * largest.Sigma;
+  const double variance = static_cast<double>(largest) * largest;
   // No eigenvalue is above the Frobenius norm: most are known not to be the largest.
   if (s.SquaredNorm() > (1.0 - 1e-6) * variance * variance)
   {
     const double sigma = std::sqrt(std::fmax(0.0, s.LargestEigenvalue()));
-    largest.Sigma = std::max(largest.Sigma, static_cast<float>(sigma));
-  }
-  if (cloud.IsNode(i))
-  {
-    const HierarchyNode& node = cloud.Node(i);
-    const float coherence = cloud.IsInSpace()
-      ? ShareOfPlaces(cloud, node)
-      : static_cast<float>(Coherence(AreaVectorOf(node), node.Area));
-    largest.Size = std::max(largest.Size, node.Bound);
-    largest.Coherence = std::min(largest.Coherence, coherence);
+    largest = std::max(largest, static_cast<float>(sigma));
   }
 }
 }
@@ -107,8 +149,7 @@ void ClusterBounds::Filler::FillNode(int tree, int level, std::size_t j) const
   node.Cone = cloud.IsNode(i)                ? static_cast<float>(ConeOf(cloud.Node(i)))
     : cloud.IsTwoSided(i) || !(length > 0.0) ? -1.0f
                                              : 1.0f;
-  node.Extent = NoExtent;
-  Include(cloud, i, node.Extent);
+  node.Extent = ExtentOf(cloud, i);
   node.LeafSigma = 0.0f;
 }
 
@@ -124,13 +165,18 @@ void ClusterBounds::Filler::FillCluster(int tree, std::size_t j) const
     const std::size_t first = j << (lowest - level);
     const std::size_t last =
       std::min<std::size_t>((j + 1) << (lowest - level), layout.Count(level, tree));
+    ExtentSum sum(this->Cloud.IsInSpace());
     for (std::size_t i = first; i < last; ++i)
     {
-      Include(this->Cloud, layout.Begin(level, tree) + i, below[lowest - 1 - level]);
+      sum.Add(ExtentOf(this->Cloud, layout.Begin(level, tree) + i), 1.0);
     }
+    below[lowest - 1 - level] = sum.Get();
   }
-  Node& node = this->Nodes[entry];
-  node.LeafSigma = lowest == 0 ? node.Extent.Sigma : below[lowest - 1].Sigma;
+  const std::size_t end = std::min<std::size_t>((j + 1) << lowest, layout.Count(0, tree));
+  for (std::size_t i = j << lowest; i < end; ++i)
+  {
+    IncludeSigma(this->Cloud, layout.Begin(0, tree) + i, this->Nodes[entry].LeafSigma);
+  }
 }
 
 /// Fills an entry from those of the node's children.
@@ -139,21 +185,24 @@ void ClusterBounds::Filler::FillAbove(int tree, int level, std::size_t j) const
   const auto& begins = this->Bounds.Begins;
   const std::size_t entry = begins[level][tree] + j;
   NodeExtent* below = this->Extents + LevelsBelow * entry;
-  std::fill_n(below, LevelsBelow, NoExtent);
-  const std::size_t last =
-    std::min<std::size_t>(2 * j + 2, this->Bounds.Tree.Count(level - 1, tree));
+  const HierarchyLayout& layout = this->Bounds.Tree;
+  const std::size_t last = std::min<std::size_t>(2 * j + 2, layout.Count(level - 1, tree));
+  std::vector<ExtentSum> sums(LevelsBelow, ExtentSum(this->Cloud.IsInSpace()));
   for (std::size_t i = 2 * j; i < last; ++i)
   {
     const std::size_t child = begins[level - 1][tree] + i;
     const NodeExtent* further = this->Extents + LevelsBelow * child;
-    Include(this->Nodes[child].Extent, below[0]);
+    sums[0].Add(this->Nodes[child].Extent, 1.0);
     for (int k = 1; k < LevelsBelow; ++k)
     {
-      Include(further[k - 1], below[k]);
+      const std::size_t end =
+        std::min<std::size_t>((i + 1) << k, layout.Count(level - 1 - k, tree));
+      sums[k].Add(further[k - 1], static_cast<double>(end - (i << k)));
     }
     this->Nodes[entry].LeafSigma =
       std::max(this->Nodes[entry].LeafSigma, this->Nodes[child].LeafSigma);
   }
+  std::transform(sums.begin(), sums.end(), below, [](const ExtentSum& sum) { return sum.Get(); });
 }
 
 ClusterBounds::ClusterBounds(const HierarchyLayout& layout)

@@ -20,11 +20,15 @@
 
 namespace SurfelSplatting
 {
-/// Extent of a node, or the largest of several.
+/// Extent of a node, or of several.
 struct NodeExtent
 {
-  float Sigma; ///< largest standard deviation of S, world units
-  float Size;  ///< radius of the bounding sphere of the leaves' centres, world units
+  /// |S|^(1/2), the Frobenius norm of the covariance, world units; of several nodes the fourth root
+  /// of the mean |S|^2. A node is off by the square of its variance, and of the largest node alone
+  /// little is seen: where it counted for all, more nodes had the same error. Of Gaussians in space
+  /// the largest standard deviation: their layers show the largest.
+  float Sigma;
+  float Size; ///< radius of the bounding sphere of the leaves' centres, world units; the largest
   /// |A| / sum of areas, the smallest of several. Of Gaussians in space instead: the share of the
   /// variance that the places of the leaves make, and not their own extents; 1 if not known.
   float Coherence;
@@ -42,7 +46,7 @@ public:
     float Position[3];
     float Axis[3];     ///< of the cone, unit length
     float Cone;        ///< cosine of the normals' cone; <= 0: none
-    float LeafSigma;   ///< the largest of all leaves below
+    float LeafSigma;   ///< largest standard deviation of all leaves below
     NodeExtent Extent; ///< its own
   };
 
@@ -78,7 +82,7 @@ public:
     return this->Nodes[this->Begins[level][tree] + j];
   }
 
-  /// Largest extents of the nodes below node j of a level, [LevelsBelow], level - 1 first.
+  /// Extents of the nodes below node j of a level, [LevelsBelow], level - 1 first.
   const NodeExtent* Below(int level, int tree, std::size_t j) const
   {
     return this->Extents + LevelsBelow * (this->Begins[level][tree] + j);

@@ -14,15 +14,15 @@ namespace SurfelSplatting
 {
 namespace
 {
-/// Largest standard deviation of a node at an error of 1, as a share of the lens blur's. Against
-/// all surfels it loses less than 0.25 dB on ray-traced scenes up to 12 px of blur, from thin tubes
-/// to textured planes, and up to 1.1 dB at 36 px. Captures lose more where they are fine and
-/// textured: a tangle of tubes has 46.4 dB at 12 px, and 50.5 at an error of 0.5.
-constexpr double LensShareOfOne = 0.42;
-/// The same as a share of the pixel filter's: about one node per pixel, so that a cloud of any
-/// density costs as much as one with one surfel per pixel. Against all surfels, the picture has 50
-/// dB or more.
-constexpr double PixelShare = 0.95;
+/// NodeExtent::Sigma of nodes at an error of 1, as shares of the deviations of lens blur and pixel.
+struct Shares
+{
+  double OfLens, OfPixel;
+};
+/// Against all surfels it loses less than 0.25 dB on ray-traced scenes up to 12 px of blur, 0.8 at
+/// 36 px; in focus, with about one node per pixel, the picture has 50 dB or more.
+constexpr Shares OfSurfels{ 0.36, 0.80 };
+constexpr Shares OfGaussians{ 0.42, 0.95 };
 /// The leaves of captures overlap and are no finer than their node. Where the lens blurs, only the
 /// variance of their places counts. In focus their own variance counts too, for their colours; half
 /// of it where the lens has this many times the variance of the pixel filter.
@@ -38,8 +38,7 @@ constexpr int MaxLevelsBelow = 4;
 /// changes pixels by 0.035 instead of 0.040 levels (root mean square).
 constexpr double MergingBand = 1.05;
 
-/// By how many levels the limit of an entry's children rises while the entry's own level falls by
-/// one (LimitBelow).
+/// By how many levels the limits of an entry's children part while its own level falls by one.
 constexpr double LimitSlope = 2.0;
 
 /// Farther beyond the picture, px, nothing is looked for: such boxes cover it from side to side.
@@ -115,7 +114,8 @@ public:
     , Settings(settings)
     // A node is off by the cube of its size over the blur of a cell, which is that of the lens over
     // sqrt(K). The errors of K cells are averaged: K^(1/6).
-    , LensShare(LensShareOfOne * std::pow(static_cast<double>(settings.Cells), 1.0 / 6.0))
+    , Share(InSpace ? OfGaussians : OfSurfels)
+    , LensShare(Share.OfLens * std::pow(static_cast<double>(settings.Cells), 1.0 / 6.0))
     , LocalToCamera(Affine3::Compose(Camera.WorldToCamera, cloud.LocalToWorld))
     , AreaToCamera(LocalToCamera.AreaMatrix())
     , FocalLength(std::fmax(std::abs(Camera.Fx), std::abs(Camera.Fy)))
@@ -179,13 +179,13 @@ private:
       this->Choose(at, std::fmax(level, 0.0), ball, part);
       return;
     }
-    const double limit = this->LimitBelow(at, level);
-    const std::size_t left = 2 * at.Index;
-    if (left + 1 < this->Layout.Count(at.Level - 1, at.Tree))
+    const Subtree left = this->Below(at, level);
+    if (left.Index + 1 < this->Layout.Count(left.Level, at.Tree))
     {
-      part.Stack.push_back({ at.Tree, at.Level - 1, left + 1, limit });
+      part.Stack.push_back(left);
+      ++part.Stack.back().Index;
     }
-    part.Stack.push_back({ at.Tree, at.Level - 1, left, limit });
+    part.Stack.push_back(left);
   }
 
   /// Size that must be allowed so that the nodes of a level below an entry may be drawn.
@@ -198,7 +198,7 @@ private:
       : size / CoherenceFactor(extent.Coherence);
   }
 
-  /// The largest extents of the nodes of a level below an entry, or its own.
+  /// The extents of the nodes of a level below an entry, or its own.
   const NodeExtent& ExtentAt(const Subtree& at, int level) const
   {
     return level == at.Level ? this->Table.Get(at.Level, at.Tree, at.Index).Extent
@@ -215,7 +215,7 @@ private:
     }
     return this->Settings.Rule == CutRule::Paper
       ? this->SteppedLevel(at, allowed)
-      : std::fmin(this->ContinuousLevel(at, allowed), at.Limit);
+      : std::fmin(std::fmax(this->ContinuousLevel(at, allowed), at.Least), at.Limit);
   }
 
   double SteppedLevel(const Subtree& at, const AllowedExtent& allowed) const
@@ -229,10 +229,8 @@ private:
     return level >= lowest ? level : -1.0;
   }
 
-  /// The coarsest level that is fine enough, from the top: the largest node of a finer level may be
-  /// as large, where one leaf is long and its neighbours are not. A continuous function of the
-  /// allowed size, also where levels need nearly the same size. Below the known levels it goes on
-  /// with half an octave per level.
+  /// The coarsest level that is fine enough, whatever finer ones are. A continuous function of the
+  /// allowed size. Below the known levels it goes on with half an octave per level.
   double ContinuousLevel(const Subtree& at, const AllowedExtent& allowed) const
   {
     const int lowest = std::max(0, at.Level - ClusterBounds::LevelsBelow);
@@ -252,13 +250,13 @@ private:
     return lowest + 2.0 * std::log2(allowed.Sigma / coarser);
   }
 
-  /// The coarsest level that an entry's children may draw. Its own nodes and those of its children
-  /// are then of the same level when it becomes fine enough, so that nothing jumps.
-  double LimitBelow(const Subtree& at, double level) const
+  /// The first of an entry's children. Its own nodes and those of its children are of the same
+  /// level when it becomes fine enough, so that nothing jumps.
+  Subtree Below(const Subtree& at, double level) const
   {
-    const double border = at.Level - MaxLevelsBelow;
-    return this->Settings.Rule == CutRule::Paper ? at.Limit
-                                                 : border + LimitSlope * (border - level);
+    const double border = at.Level - MaxLevelsBelow, way = LimitSlope * (border - level);
+    const bool paper = this->Settings.Rule == CutRule::Paper;
+    return { at.Tree, at.Level - 1, 2 * at.Index, border - way, paper ? at.Limit : border + way };
   }
 
   std::uint64_t LeavesOf(const Subtree& at) const
@@ -278,14 +276,16 @@ private:
       std::min<std::size_t>((at.Index + 1) << below, this->Layout.Count(level, at.Tree));
     CutRange run{ this->Layout.Begin(level, at.Tree) + first,
       static_cast<std::uint32_t>(last - first), static_cast<std::uint32_t>(level) };
-    double sigma = this->ExtentAt(at, level).Sigma;
+    double size = this->ExtentAt(at, level).Size;
     run.Merging = static_cast<float>(detail - level);
     if (run.Merging > 0.0f)
     {
       run.Parents = this->Layout.Begin(level + 1, at.Tree) + first / 2;
-      sigma = std::fmax(sigma, this->ExtentAt(at, level + 1).Sigma);
+      size = std::fmax(size, this->ExtentAt(at, level + 1).Size);
     }
-    this->Place(this->Scale * sigma, ball, run);
+    // No variance is above that of a leaf plus that of the leaves' places.
+    const double leaf = this->Table.Get(at.Level, at.Tree, at.Index).LeafSigma;
+    this->Place(this->Scale * Length(leaf, size), ball, run);
     if (this->Settings.SkipOutside && IsEmpty(run.Box))
     {
       part.Statistics.OutsideLeaves += this->LeavesOf(at);
@@ -409,7 +409,8 @@ private:
     {
       return { this->Settings.Error * std::fmax(confusion, std::sqrt(h)) * perPixel, 0.0 };
     }
-    const double blur = Length(PixelShare * std::sqrt(h), this->LensShare * 0.5 * confusion);
+    const double blur =
+      Length(this->Share.OfPixel * std::sqrt(h), this->LensShare * 0.5 * confusion);
     const double variance = 0.25 * confusion * confusion;
     return { this->Settings.Error * blur * perPixel, variance / (variance + UncountedFrom * h) };
   }
@@ -508,6 +509,7 @@ private:
   const Lens& Optics;
   double LensVariance, CellShare, LongestAxis, CellReach, SupportRadius, Prefilter;
   CutSettings Settings;
+  Shares Share;
   double LensShare;
   Affine3 LocalToCamera;
   std::array<Vector3, 3> AreaToCamera;
@@ -538,7 +540,7 @@ void MakeSubtrees(const ClusterBounds& table, std::vector<Subtree>& subtrees)
     const int level = std::max(table.LowestLevel(tree), root - levelsBelowRoot);
     for (std::size_t j = 0; j < table.Layout().Count(level, tree); ++j)
     {
-      subtrees.push_back({ tree, level, j, HierarchyLayout::MaximumNumberOfLevels });
+      subtrees.push_back({ tree, level, j, 0.0, HierarchyLayout::MaximumNumberOfLevels });
     }
   }
 }
