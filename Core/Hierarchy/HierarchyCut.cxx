@@ -20,9 +20,10 @@ struct Shares
   double OfLens, OfPixel;
 };
 /// Against all surfels it loses less than 0.25 dB on ray-traced scenes up to 12 px of blur, 0.8 at
-/// 36 px; in focus, with about one node per pixel, the picture has 50 dB or more.
-constexpr Shares OfSurfels{ 0.36, 0.80 };
-constexpr Shares OfGaussians{ 0.42, 0.95 };
+/// 36 px; in focus, with about one node per pixel, the picture has 50 dB or more. Shaded volumes
+/// lose 1 to 2 dB at 36 px, and 1 more with 0.42 and 0.95.
+constexpr Shares OfSurfels{ 0.34, 0.80 };
+constexpr Shares OfGaussians{ 0.37, 0.90 };
 /// The leaves of captures overlap and are no finer than their node. Where the lens blurs, only the
 /// variance of their places counts. In focus their own variance counts too, for their colours; half
 /// of it where the lens has this many times the variance of the pixel filter.
@@ -33,10 +34,9 @@ constexpr double UncountedFrom = 2.0;
 constexpr int MaxLevelsBelow = 4;
 
 /// Nodes merge with their siblings while the allowed size grows by this factor, up to that of their
-/// parents. In a wider band a pixel changes less from frame to frame, but its nodes have nearly the
-/// size of parents that are not allowed yet: 1.15 loses 0.1 dB at 36 px of blur, and a focus pull
-/// changes pixels by 0.035 instead of 0.040 levels (root mean square).
-constexpr double MergingBand = 1.05;
+/// parents. In a wider band pixels change less from frame to frame (1.05: a lion's by up to 3.1
+/// levels in a focus pull at 12 px, 1.1: 2.7), but 1.15 loses 0.1 dB at 36 px.
+constexpr double MergingBand = 1.1;
 
 /// By how many levels the limits of an entry's children part while its own level falls by one.
 constexpr double LimitSlope = 2.0;
