@@ -8,9 +8,9 @@
  *
  * - Moments: sigma^2 <= e^2 (0.80^2 h + 0.34^2 V_I), the nodes' variance on the screen
  *   (NodeExtent::Sigma) against those of pixel filter and lens; 0.90 and 0.37 of Gaussians in
- *   space. The node is drawn with its full covariance and a colour gradient. Below the size at
- * which a node is drawn, its two children merge (CutRange.h). The coarsest level that is fine
- * enough counts, whatever finer ones are.
+ *   space. Nodes are drawn with their full covariance and a colour gradient. Below the size at
+ *   which a node is drawn, its two children merge (CutRange.h). The coarsest level that is fine
+ *   enough counts, whatever finer ones are.
  *
  * - Paper: r <= e max(C, sqrt(h)), the projected radius of the node's bounding sphere against the
  *   circle of confusion or the pixel (Krivanek, Zara, Bouatouch 2003, section 4, "LOD selection").
