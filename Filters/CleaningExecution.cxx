@@ -188,7 +188,7 @@ bool CleaningExecution::Clean(
     !this->Settings.KeepsNeighbors || this->Searched.FindNeighbors(progress.Part(0.0, 0.2));
   if (!problem.All(isStored) ||
     (this->Settings.RemoveStrayPoints &&
-      !problem.All(FindStrayPoints(problem, progress.Part(0.2, 0.4), stray))))
+      !problem.All(FindStrayPoints(problem, FindScanners(input), progress.Part(0.2, 0.4), stray))))
   {
     return false;
   }

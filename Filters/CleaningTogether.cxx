@@ -3,6 +3,7 @@
 
 #include "Core/Base/Ranks.h"
 #include "Filters/Cleaning/CleaningProblem.h"
+#include "Filters/Common/InputArrays.h"
 #include "Filters/Common/PointColors.h"
 #include "Filters/Partition/PartitionedSurfels.h"
 
@@ -42,6 +43,11 @@ bool CleaningExecution::RunTogether(SurfelSplatting::Ranks& ranks, vtkPointSet* 
   if (ranks.Any(colors != nullptr))
   {
     arrays.push_back({ FetchedColorsArray, ColorComponents, colors });
+  }
+  vtkDataArray* toScanner = FindScanners(input);
+  if (this->Settings.RemoveStrayPoints && ranks.Any(toScanner != nullptr))
+  {
+    arrays.push_back({ ToScannerArray, 3, toScanner });
   }
   const auto region = cloud.Fetch(cloud.HaloWidth(HaloSpacings), arrays);
   CleaningExecution own(this->Settings, this->Filter);

@@ -2,6 +2,7 @@
 #include "Filters/Cleaning/StrayPoints.h"
 
 #include "Filters/Cleaning/CleaningProblem.h"
+#include "Filters/Cleaning/MixedPixels.h"
 #include "Filters/Cleaning/PointSpread.h"
 #include "Filters/Common/Median.h"
 #include "Filters/Common/NeighborSearch.h"
@@ -17,14 +18,6 @@ namespace SurfelGeometry
 {
 namespace
 {
-/// Neighbours of a mean distance. Fewer than this many points that are near each other, and far
-/// from all others, are stray points too.
-constexpr int StrayNeighbors = 16;
-
-/// A set of points fills space if its smallest variance is above this part of its largest: 16
-/// uniform points in a ball have 0.35, in a disc with noise of a quarter of their spacing 0.05.
-constexpr double FillsSpace = 0.05;
-
 /// A point in a set that fills space is stray if its mean distance is this many times the median of
 /// the cloud, and this many times that of the surfaces nearest to it. Foliage has as many points as
 /// other surfaces at the same distance from a scanner: with a spacing of s there, spread over a
@@ -109,12 +102,6 @@ bool MayBeOffPlane(const NearCloud& near)
   const double area = 4.0 * Pi / static_cast<double>(near.size());
   const double least = BesidePlaneSpacings * BesidePlaneSpacings * area;
   return 3.0 * squared * squared > least * least * invariant;
-}
-
-/// @param variances ascending
-bool FillsSpaceAround(const Eigen::Vector3d& variances)
-{
-  return variances[0] > FillsSpace * variances[2];
 }
 
 double MeanDistance(const Neighbors& neighbors)
@@ -360,6 +347,13 @@ public:
     });
   }
 
+  /// Adds mixed pixels.
+  bool FindMixed(
+    vtkDataArray* toScanner, const StageProgress& progress, std::vector<unsigned char>& stray) const
+  {
+    return FindMixedPixels(this->Searched, this->Distances, toScanner, progress, stray);
+  }
+
 private:
   /// Whether enough neighbours are stray, or nearer than the point's distance says, for a closer
   /// look.
@@ -423,8 +417,8 @@ private:
 };
 }
 
-bool FindStrayPoints(
-  const CleaningProblem& problem, const StageProgress& progress, std::vector<unsigned char>& stray)
+bool FindStrayPoints(const CleaningProblem& problem, vtkDataArray* toScanner,
+  const StageProgress& progress, std::vector<unsigned char>& stray)
 {
   stray.assign(problem.Cloud().Size(), 0);
   if (problem.Total() <= StrayNeighbors)
@@ -438,6 +432,7 @@ bool FindStrayPoints(
     return false;
   }
   const std::vector<unsigned char> sparse = stray;
-  return test.FindBeside(progress.Part(0.8, 1.0), sparse, stray);
+  return test.FindBeside(progress.Part(0.8, 0.9), sparse, stray) &&
+    test.FindMixed(toScanner, progress.Part(0.9, 1.0), stray);
 }
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Points that belong to no surface: dust, reflections, birds.
+ * Points that belong to no surface: dust, reflections, birds, mixed pixels (MixedPixels.h).
  *
  * The measure is that of pcl::StatisticalOutlierRemoval (Rusu et al. 2008, "Towards 3D point cloud
  * based object maps"): the mean distance of a point to its nearest neighbours. PCL compares it with
@@ -15,13 +15,16 @@
 
 #include <vector>
 
+class vtkDataArray;
+
 namespace SurfelGeometry
 {
 struct CleaningProblem;
 
 /// Collective, if several processes clean the cloud.
+/// @param toScanner vectors from the input's points to their scanners; null: none is known
 /// @param stray [n] 1 for stray points
 /// Returns false if stopped.
-bool FindStrayPoints(
-  const CleaningProblem& problem, const StageProgress& progress, std::vector<unsigned char>& stray);
+bool FindStrayPoints(const CleaningProblem& problem, vtkDataArray* toScanner,
+  const StageProgress& progress, std::vector<unsigned char>& stray);
 }

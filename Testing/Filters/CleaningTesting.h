@@ -7,6 +7,7 @@
 #include "SurfelTesting.h"
 #include "ThreadController.h"
 
+#include "vtkFloatArray.h"
 #include "vtkPointCloudCleaning.h"
 #include "vtkUnsignedCharArray.h"
 
@@ -34,11 +35,32 @@ inline vtkSmartPointer<vtkPolyData> WithShades(
   return data;
 }
 
+/// Adds the vectors to a scanner, if there is one.
+inline vtkSmartPointer<vtkPolyData> WithScanner(
+  const vtkSmartPointer<vtkPolyData>& data, const Vec* scanner)
+{
+  vtkNew<vtkFloatArray> ways;
+  ways->SetName("ToScanner");
+  ways->SetNumberOfComponents(3);
+  for (vtkIdType i = 0; scanner && i < data->GetNumberOfPoints(); ++i)
+  {
+    Vec p;
+    data->GetPoint(i, p.data());
+    ways->InsertNextTuple(Minus(*scanner, p).data());
+  }
+  if (scanner)
+  {
+    data->GetPointData()->SetVectors(ways);
+  }
+  return data;
+}
+
 /// Cleans the cloud in one process and in three.
 /// @param shades of the points; empty: none
+/// @param scanner that has seen them; null: not known
 /// @return points that were stray or moved
-inline vtkIdType CompareWithProcesses(
-  const std::vector<Vec>& points, const std::vector<unsigned char>& shades = {})
+inline vtkIdType CompareWithProcesses(const std::vector<Vec>& points,
+  const std::vector<unsigned char>& shades = {}, const Vec* scanner = nullptr)
 {
   const size_t half = points.size() / 2, coloured = shades.size() / 2;
   const std::vector<Vec> parts[3] = { { points.begin(), points.begin() + half },
@@ -48,7 +70,7 @@ inline vtkIdType CompareWithProcesses(
   vtkNew<vtkPointCloudCleaning> alone;
   const Messages quiet(alone);
   alone->SetController(nullptr);
-  alone->SetInputData(WithShades(points, shades));
+  alone->SetInputData(WithScanner(WithShades(points, shades), scanner));
   alone->Update();
   vtkSmartPointer<vtkPolyData> found[3];
   vtkIdType stray[3], moved[3], joined[3], twins[3], thick[3], duplicates[3];
@@ -57,7 +79,7 @@ inline vtkIdType CompareWithProcesses(
     vtkNew<vtkPointCloudCleaning> cleaning;
     const Messages quietToo(cleaning);
     cleaning->SetController(controller);
-    cleaning->SetInputData(WithShades(parts[rank], partShades[rank]));
+    cleaning->SetInputData(WithScanner(WithShades(parts[rank], partShades[rank]), scanner));
     cleaning->Update();
     found[rank] = cleaning->GetOutput();
     stray[rank] = cleaning->GetNumberOfStrayPoints();

@@ -1,0 +1,296 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Mixed pixels of laser scanners are stray points, where the scanner is known; what is thin, sparse
+// or seen at a grazing angle stays.
+#include "CleaningTesting.h"
+
+#include "vtkPointCloudCleaning.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+using namespace SurfelTesting;
+
+namespace
+{
+/// What a beam has measured.
+enum Kind
+{
+  Surface,
+  Between, // on a floor, before or behind something that stands on it
+  Thin,    // on something thin
+  Blended, // between two surfaces, but within two spacings of one
+  Mixed    // off both
+};
+
+struct LaserScan
+{
+  Vec Scanner;
+  std::vector<Vec> Points;
+  std::vector<Kind> Kinds; // [n]
+};
+
+/// Discs and a twig before a wall, which have shadows on it. Where the beam meets a rim, the point
+/// may be anywhere between the disc and the wall.
+class ScanOfDiscs : public LaserScan
+{
+public:
+  static constexpr double Spacing = 0.01; // on the wall
+  static constexpr double TwigDepth = 0.5;
+
+  /// @param mixes whether it may
+  explicit ScanOfDiscs(bool mixes)
+  {
+    this->Scanner = { 1.5, 1.5, 4.0 };
+    Random random(8);
+    for (int row = 0; row < 300; ++row)
+    {
+      for (int column = 0; column < 300; ++column)
+      {
+        const Vec wall{ Spacing * (column + 0.2 * random()), Spacing * (row + 0.2 * random()),
+          0.0 };
+        const double mixing = mixes ? random() : 0.0;
+        this->AddBeam(wall, mixing, random());
+      }
+    }
+  }
+
+private:
+  /// Where the beam to a point of the wall is at this depth before it.
+  Vec At(const Vec& wall, double depth) const
+  {
+    const double share = depth / this->Scanner[2];
+    return { wall[0] + share * (this->Scanner[0] - wall[0]),
+      wall[1] + share * (this->Scanner[1] - wall[1]), depth };
+  }
+
+  void Add(const Vec& wall, double depth, Kind kind)
+  {
+    this->Points.push_back(this->At(wall, depth));
+    this->Kinds.push_back(kind);
+  }
+
+  void AddBeam(const Vec& wall, double mixing, double share)
+  {
+    const Vec twig = this->At(wall, TwigDepth);
+    if (std::abs(twig[0] - 1.5) < 0.015 && twig[1] < 1.3)
+    {
+      this->Add(wall, TwigDepth, Thin);
+      return;
+    }
+    // 36 discs of different sizes and distances.
+    for (int k = 0; k < 36; ++k)
+    {
+      const int column = k % 6, row = k / 6;
+      const double size = 0.08 + 0.02 * ((column + 2 * row) % 5);
+      const double depth = 0.1 + 0.05 * ((2 * column + row) % 5);
+      const Vec centre{ 0.5 * column + 0.25, 0.5 * row + 0.25, depth };
+      const double toRim = Length(Minus(this->At(wall, depth), centre)) - size;
+      if (std::abs(toRim) < 0.5 * Spacing && mixing > 0.5)
+      {
+        const double z = share * depth;
+        this->Add(wall, z, std::min(z, depth - z) > 2.0 * Spacing ? Mixed : Blended);
+        return;
+      }
+      if (toRim < 0.0)
+      {
+        this->Add(wall, depth, Surface);
+        return;
+      }
+    }
+    this->Add(wall, 0.0, Surface);
+  }
+};
+
+/// A scanner 1.7 m above a floor of 40 m, with a fence across it and grass before that; range noise
+/// of 2 mm.
+class ScanOfFloor : public LaserScan
+{
+public:
+  static constexpr double Step = 0.002; // between beams
+  static constexpr double FenceAt = 14.0, FenceTop = 1.2, GrassAt = 6.0;
+
+  ScanOfFloor()
+  {
+    this->Scanner = { 0.0, 0.0, 1.7 };
+    Random random(9);
+    for (double pitch = -0.6; pitch < -1.7 / 40.0; pitch += Step)
+    {
+      for (double yaw = -0.2; yaw < 0.2; yaw += Step)
+      {
+        const Vec way{ std::cos(pitch) * std::sin(yaw), std::cos(pitch) * std::cos(yaw),
+          std::sin(pitch) };
+        const double noise = 0.004 * (random() + random() - 1.0);
+        this->AddBeam(way, noise);
+      }
+    }
+  }
+
+private:
+  Vec Along(const Vec& way, double range) const
+  {
+    return { this->Scanner[0] + range * way[0], this->Scanner[1] + range * way[1],
+      this->Scanner[2] + range * way[2] };
+  }
+
+  static bool IsBlade(const Vec& p, int row)
+  {
+    const double cell = std::floor(p[0] / 0.015);
+    const double hash = 43758.5 * std::sin(12.9898 * cell + 78.233 * row);
+    const double chance = hash - std::floor(hash);
+    return chance < 0.1 && p[2] < 0.05 + chance;
+  }
+
+  void AddBeam(const Vec& way, double noise)
+  {
+    double range = -this->Scanner[2] / way[2];
+    const double y = range * way[1];
+    const bool isBeside = std::abs(y - FenceAt) < 0.25 || (y > GrassAt && y < GrassAt + 2.0);
+    Kind kind = isBeside ? Between : Surface;
+    const double toFence = FenceAt / way[1];
+    const Vec fence = this->Along(way, toFence);
+    const bool isPost = std::abs(fence[0] - 0.2 * std::round(fence[0] / 0.2)) < 0.04;
+    if (toFence < range && isPost && fence[2] < FenceTop)
+    {
+      range = toFence;
+      kind = Thin;
+    }
+    for (int row = 0; row < 20; ++row)
+    {
+      const double toRow = (GrassAt + 0.1 * row) / way[1];
+      if (toRow < range && IsBlade(this->Along(way, toRow), row))
+      {
+        range = toRow;
+        kind = Thin;
+      }
+    }
+    this->Points.push_back(this->Along(way, range + noise));
+    this->Kinds.push_back(kind);
+  }
+};
+
+/// A dark plate before a wall, of which one beam in fifteen comes back. The scanner looks along it
+/// at 18 degrees.
+class ScanOfPlate : public LaserScan
+{
+public:
+  static constexpr double Spacing = 0.01; // on the wall
+  static constexpr double Returns = 0.2;
+
+  ScanOfPlate()
+  {
+    this->Scanner = { 1.5, 1.5, 4.0 };
+    Random random(10);
+    for (int row = 0; row < 200; ++row)
+    {
+      for (int column = 0; column < 200; ++column)
+      {
+        const double x = 0.5 + Spacing * column, y = 0.5 + Spacing * row;
+        // The plate is at x = 1 + 0.45 z.
+        const double slope = 0.25 * (1.5 - x);
+        const double z = (x - 1.0) / (0.45 - slope);
+        const bool isPlate = z > 0.0 && z < 0.3 && y > 1.0 && y < 2.0;
+        if (isPlate && random() < Returns)
+        {
+          const double depth = z + 0.002 * (random() - 0.5);
+          this->Points.push_back({ x + slope * depth, y + 0.25 * (1.5 - y) * depth, depth });
+          this->Kinds.push_back(Thin);
+        }
+        this->Points.push_back({ x, y, 0.002 * (random() - 0.5) });
+        this->Kinds.push_back(Surface);
+      }
+    }
+  }
+};
+
+/// Points of each kind that were removed.
+std::array<vtkIdType, 5> Removed(const LaserScan& scan, bool knowsScanner)
+{
+  const auto data =
+    WithScanner(ToPolyData(scan.Points, VTK_DOUBLE), knowsScanner ? &scan.Scanner : nullptr);
+  AddIds(data);
+  vtkNew<vtkPointCloudCleaning> cleaning;
+  const Messages quiet(cleaning);
+  cleaning->SmoothingOff();
+  cleaning->GenerateStrayPointsOn();
+  cleaning->SetInputData(data);
+  cleaning->Update();
+  vtkDataArray* ids = cleaning->GetOutput(1)->GetPointData()->GetArray("Id");
+  std::array<vtkIdType, 5> removed{};
+  for (vtkIdType k = 0; ids && k < ids->GetNumberOfTuples(); ++k)
+  {
+    ++removed[scan.Kinds[static_cast<size_t>(ids->GetComponent(k, 0))]];
+  }
+  return removed;
+}
+
+double CountOf(const LaserScan& scan, Kind kind)
+{
+  return static_cast<double>(std::count(scan.Kinds.begin(), scan.Kinds.end(), kind));
+}
+}
+
+TEST_CASE("Mixed pixels are removed")
+{
+  const ScanOfDiscs scan(true);
+  const auto removed = Removed(scan, true);
+  const double mixed = CountOf(scan, Mixed);
+  CAPTURE(mixed);
+  CAPTURE(removed[Blended]);
+  CHECK(mixed > 500);
+  CHECK(3.0 * removed[Mixed] >= 2.0 * mixed); // others are in planes of the surfaces beside them
+  CHECK(removed[Surface] <= 0.001 * CountOf(scan, Surface));
+  CHECK(removed[Thin] == 0);
+}
+
+TEST_CASE("Rims, shadows and a twig stay")
+{
+  const ScanOfDiscs scan(false);
+  const auto removed = Removed(scan, true);
+  CHECK(removed[Surface] == 0);
+  CHECK(removed[Thin] == 0);
+}
+
+TEST_CASE("A far floor, a fence and grass stay")
+{
+  const ScanOfFloor scan;
+  const auto before = Removed(scan, false), removed = Removed(scan, true);
+  const double thin = CountOf(scan, Thin);
+  CAPTURE(thin);
+  CHECK(thin > 2000);
+  CHECK(removed[Surface] == before[Surface]);
+  // Blades of two or three points stand before others and behind others.
+  CHECK(removed[Thin] - before[Thin] <= 0.03 * thin);
+  // So do the rows of the floor at the foot of the fence, and what is seen of it between blades.
+  CHECK(removed[Between] - before[Between] <= 0.05 * CountOf(scan, Between));
+}
+
+TEST_CASE("The few points of a dark plate stay")
+{
+  const ScanOfPlate scan;
+  const auto before = Removed(scan, false), removed = Removed(scan, true);
+  CAPTURE(CountOf(scan, Thin));
+  CHECK(CountOf(scan, Thin) > 200);
+  CHECK(removed[Surface] == before[Surface]);
+  // At its rim there are too few others to see that it is a plane.
+  CHECK(removed[Thin] - before[Thin] <= 0.05 * CountOf(scan, Thin));
+}
+
+TEST_CASE("Points without scanner stay")
+{
+  const ScanOfDiscs scan(true);
+  const auto without = Removed(scan, false);
+  CHECK(without[Mixed] < 0.5 * CountOf(scan, Mixed));
+  LaserScan odd = scan;
+  for (const double value : { static_cast<double>(NAN), static_cast<double>(INFINITY) })
+  {
+    odd.Scanner = { value, value, value };
+    CHECK(Removed(odd, true) == without);
+  }
+}
+
+TEST_CASE("Several processes remove the same mixed pixels")
+{
+  const ScanOfDiscs scan(true);
+  CHECK(CompareWithProcesses(scan.Points, {}, &scan.Scanner) > 0.5 * CountOf(scan, Mixed));
+}
