@@ -65,7 +65,8 @@ public:
 
   ///@{
   /**
-   * Whether stray points are removed. Default on.
+   * Whether stray points are removed, and mixed pixels of laser scanners where points know their
+   * scanner (point array ToScanner). Default on.
    */
   vtkSetMacro(RemoveStrayPoints, vtkTypeBool);
   vtkGetMacro(RemoveStrayPoints, vtkTypeBool);
