@@ -24,7 +24,7 @@ constexpr int MostInPlane = 3;
 /// spacing, and not far beyond them.
 constexpr double InPlaneDeviations = 2.5;
 constexpr double InPlaneSpacings = 0.2;
-constexpr double PlaneReach = 3.0;
+constexpr double ReachOfPlane = 3.0;
 
 /// So many points are looked at for what is nearer and farther beside the line of sight: those
 /// within three spacings of the line, off the point's depth by more than one and a half. The mean
@@ -150,7 +150,7 @@ private:
   {
     this->Searched.Find(j, StrayNeighbors, neighbors);
     const Eigen::Vector3d d = this->Between(j, i);
-    const double spacing = SpacingOf(neighbors), reach = PlaneReach * spacing;
+    const double spacing = SpacingOf(neighbors), reach = ReachOfPlane * spacing;
     if (!(d.squaredNorm() < reach * reach))
     {
       return false;
