@@ -71,11 +71,11 @@ class TestChannels(ToolCase):
             glass = self.channels("glass.ply", "--channels", "coverage,fragments", *lens)
             self.assertEqual(sorted(opaque), [n for n in NAMES if n in "ABGRZcoveragefragments"])
             # What leaks of a layer depends on what it hides, so more of a translucent one stays open:
-            # at silhouettes, where front and back are near, up to 1.0 % of the pixels differ, by
-            # 0.21 at most.
+            # at silhouettes, where front and back are near, up to 1.8 % of the pixels differ, by
+            # 0.055 at most. (With other nodes, of which the largest decided, 1.0 %, by 0.21.)
             difference = np.abs(glass["coverage"] - opaque["coverage"])
-            self.assertLess((difference > 1e-5).mean(), 0.012)
-            self.assertLess(difference.max(), 0.25)
+            self.assertLess((difference > 1e-5).mean(), 0.022)
+            self.assertLess(difference.max(), 0.08)
             # Where it is opaque, coverage is alpha. Hidden surfels that are skipped change it by
             # less than 1/512.
             np.testing.assert_allclose(opaque["coverage"], opaque["A"], atol=1 / 512)
