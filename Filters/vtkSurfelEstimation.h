@@ -17,7 +17,9 @@
  * 3. Normals are turned outward, see OrientationMode. A surfel whose outside is unknown is marked
  *    two-sided: a wrong outside makes a hole in the picture.
  * 4. The reconstruction kernel is a Gaussian in the tangent plane, made from the point's Voronoi
- *    cell on the surface, or from the spacing alone: see KernelMode.
+ *    cell on the surface, or from the spacing alone: see KernelMode. Kernels of cells move along
+ *    the normal by a part of the spacing, onto the surface that the normals describe: noise
+ * shrinks.
  *
  * Problems are counted (see the GetNumberOf... methods) and reported in one warning.
  *

@@ -4,8 +4,8 @@
 #include "Core/Surfels/NodeMoments.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <vector>
 
 namespace SurfelSplatting
 {
@@ -31,7 +31,7 @@ class ExtentSum
 {
 public:
   /// @param largest whether Sigma is the largest one
-  explicit ExtentSum(bool largest)
+  explicit ExtentSum(bool largest = false)
     : Largest(largest)
   {
   }
@@ -187,7 +187,8 @@ void ClusterBounds::Filler::FillAbove(int tree, int level, std::size_t j) const
   NodeExtent* below = this->Extents + LevelsBelow * entry;
   const HierarchyLayout& layout = this->Bounds.Tree;
   const std::size_t last = std::min<std::size_t>(2 * j + 2, layout.Count(level - 1, tree));
-  std::vector<ExtentSum> sums(LevelsBelow, ExtentSum(this->Cloud.IsInSpace()));
+  std::array<ExtentSum, LevelsBelow> sums;
+  sums.fill(ExtentSum(this->Cloud.IsInSpace()));
   for (std::size_t i = 2 * j; i < last; ++i)
   {
     const std::size_t child = begins[level - 1][tree] + i;

@@ -191,8 +191,11 @@ bool FindMixedPixels(const SearchedCloud& searched, const std::vector<float>& di
   std::vector<float> positions;
   for (int i = 0; i < count; ++i)
   {
-    const float* p = searched.Cloud.Position(i);
-    positions.insert(positions.end(), p, p + (isMixed[i] ? 3 : 0));
+    if (isMixed[i])
+    {
+      const float* p = searched.Cloud.Position(i);
+      positions.insert(positions.end(), p, p + 3);
+    }
   }
   if (!running || positions.empty())
   {

@@ -6,7 +6,8 @@
  * surfaces beside it are, and few of its neighbours' planes contain it. That holds at some ends of
  * twigs and rims of leaves, too. So only points that know their scanner are looked at: beside the
  * line of sight of a mixed pixel there is something nearer and something farther, and less at its
- * own depth.
+ * own depth. (pcl::ShadowPoints removes points whose normal is across the line of sight. That holds
+ * for a floor seen at a grazing angle, too.)
  */
 #pragma once
 

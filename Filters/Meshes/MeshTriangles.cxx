@@ -19,7 +19,7 @@ namespace
 {
 using PointIds = std::array<vtkIdType, 3>;
 
-/// StoredCells as they are stored: VTK's own iterators trust damaged ones.
+/// Cells as they are stored. VTK's own iterators trust damaged ones.
 class StoredCells
 {
 public:

@@ -169,8 +169,8 @@ private:
   }
 };
 
-/// A dark plate before a wall, of which one beam in fifteen comes back. The scanner looks along it
-/// at 18 degrees.
+/// A dark plate before a wall, from which one beam in five comes back. The scanner looks along it at
+/// 18 degrees.
 class ScanOfPlate : public LaserScan
 {
 public:

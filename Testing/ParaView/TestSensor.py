@@ -83,7 +83,8 @@ class Sensor(PluginCase):
         away = np.sum(arrays["SurfelAreaVector"] * (points - SENSOR), 1) > 0
         self.assertEqual(away.sum(), 0)
         surfels.Cleaning = "Off"
-        self.assertGreater(self.error(surfels)[0], 0.1 * ROUNDING)  # surfels are means of pixels
+        # 0.19: surfels lie on the surface of their normals, a mean of pixels.
+        self.assertGreater(self.error(surfels)[0], 0.1 * ROUNDING)
         surfels.Cleaning = "Full"
         surfels.Sides = "Two-sided"
         self.assertEqual(fetch(surfels)[1]["SurfelTwoSided"].min(), 1)
