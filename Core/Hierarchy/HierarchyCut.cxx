@@ -112,10 +112,8 @@ public:
     , SupportRadius(camera.SupportRadius)
     , Prefilter(camera.Prefilter)
     , Settings(settings)
-    // A node is off by the cube of its size over the blur of a cell, which is that of the lens over
-    // sqrt(K). The errors of K cells are averaged: K^(1/6).
     , Share(InSpace ? OfGaussians : OfSurfels)
-    , LensShare(Share.OfLens * std::pow(static_cast<double>(settings.Cells), 1.0 / 6.0))
+    , LensShare(Share.OfLens * settings.BlurGain)
     , LocalToCamera(Affine3::Compose(Camera.WorldToCamera, cloud.LocalToWorld))
     , AreaToCamera(LocalToCamera.AreaMatrix())
     , FocalLength(std::fmax(std::abs(Camera.Fx), std::abs(Camera.Fy)))

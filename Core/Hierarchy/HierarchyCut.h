@@ -46,8 +46,9 @@ enum class CutRule
 struct CutSettings
 {
   CutRule Rule = CutRule::Moments;
-  double Error = 1.0;        ///< e, >= 0
-  std::size_t Cells = 1;     ///< of the lens, whose pictures are averaged
+  double Error = 1.0;    ///< e, >= 0
+  std::size_t Cells = 1; ///< of the lens, whose pictures are averaged
+  double BlurGain = 1.0; ///< factor on sqrt(V_I) of a cell, since the mean of cells is blurred more
   bool SkipOutside = true;   ///< skip surfels that cannot blur into the picture
   bool SkipBackFaces = true; ///< skip one-sided surfels seen from behind
 };

@@ -126,7 +126,7 @@ TEST_CASE("Skips")
   CHECK(hidden > 1000);
 }
 
-/// Of 64 cells the nodes may be twice as large as of one, where the blur decides: the error 2.
+/// A gain of 2 allows nodes twice as large, where the blur decides: the error 2.
 TEST_CASE("Cells of the lens")
 {
   Random random(3);
@@ -139,6 +139,7 @@ TEST_CASE("Cells of the lens")
     {
       CutSettings settings;
       settings.Cells = cells ? 64 : 1;
+      settings.BlurGain = cells ? 2.0 : 1.0;
       settings.Error = cells ? 0.5 : 1.0;
       CutWork work;
       // No pixel filter worth speaking of.
