@@ -9,6 +9,7 @@ import numpy as np
 
 try:
     import laspy
+    from laspy.vlrs.known import GeoKeyDirectoryVlr, WktCoordinateSystemVlr
     import pye57
 except ImportError as problem:
     print("SKIPPED: the packages laspy and pye57 are needed:", problem)
@@ -57,6 +58,24 @@ class TestLas(ToolCase):
         las.write("local.las")
         text = self.info("local.las")
         self.assertRegex(text, r"up +0 0 1\n")
+
+    def test_degrees(self):
+        """Longitudes and latitudes become metres, if the header says that they are: as a GeoTIFF key, or as
+        text. Projected places stay, whose text has the ellipsoid's name, too."""
+        keys = GeoKeyDirectoryVlr()
+        keys.parse_record_data(np.array([1, 1, 0, 1, 1024, 0, 1, 2], np.uint16).tobytes())
+        metres = (68_680, 111_267)  # of a degree, at 52 degrees north
+        for system, scale in ((keys, metres), (WktCoordinateSystemVlr('GEOGCS["WGS 84"]'), metres),
+                              (WktCoordinateSystemVlr('PROJCS["x",GEOGCS["WGS 84"]]'), (1, 1))):
+            header = laspy.LasHeader(point_format=0)
+            header.offsets, header.scales = (13, 52, 0), (1e-7, 1e-7, 0.001)
+            header.vlrs.append(system)
+            las = laspy.LasData(header)
+            las.x, las.y, las.z = np.array([(13, 52, 0), (13.001, 52.001, 50), (13.002, 52, 1)]).T
+            las.write("degrees.las")
+            size = np.ptp(places_of(read_las_cloud("degrees.las")), axis=0)
+            np.testing.assert_allclose(size, (0.002 * scale[0], 0.001 * scale[1], 50), rtol=1e-3)
+        self.assertNotIn("degrees as metres", self.info("degrees.las"))
 
     def test_scalars(self):
         points, _ = sphere(200)
@@ -130,7 +149,7 @@ class TestE57(ToolCase):
             np.testing.assert_allclose(arrays_of(cloud)["ToScanner"], -np.tile(points, (2, 1)),
                                        atol=1e-6)
         self.assertEqual(cloud.GetPointData().GetVectors().GetName(), "ToScanner")
-        text = self.run_tool("info", "scan.e57").stdout
+        text = self.info("scan.e57")
         self.assertRegex(text, r"scanners +2, which tell the sides\n +at 500000 5400000 300\n"
                                r" +at 500005 5400000 300\n")
         self.assertRegex(text, r"up +0 0 1\n")

@@ -45,6 +45,19 @@ class TestSeveral(ToolCase):
         bounds = self.report("a.xyz", "b.xyz")["bounds"]
         np.testing.assert_allclose(bounds["y"], (5_399_999.125, 5_400_001.125), atol=2e-3)
 
+    def test_tiles_in_degrees(self):
+        """They lie beside one another, each of which becomes metres from its own middle."""
+        corners = {"a": [(13.0, 52.0), (13.01, 52.01)], "b": [(13.01, 52.01), (13.02, 52.02)]}
+        for name, places in corners.items():
+            write(f"{name}.csv", "lon,lat,alt\n" + "".join(f"{x},{y},7\n" for x, y in places))
+        tiles = places_of(read_clouds(["a.csv", "b.csv"], mock.Mock(), mock.Mock()).data)
+        np.testing.assert_allclose(tiles[1], tiles[2], atol=1e-6)
+        np.testing.assert_allclose(tiles[3] - tiles[2], tiles[1] - tiles[0], atol=1e-6)
+        np.testing.assert_allclose(tiles[1] - tiles[0], (686.9, 1112.7, 0), rtol=1e-3)
+        write("metres.csv", "x,y,z\n0,0,0\n1,2,3\n")
+        self.refuse("render", "a.csv", "metres.csv", "-o", "out.png",
+                    says="a.csv is in degrees, but metres.csv is not")
+
     def test_what_not_all_have_is_left_out_and_said(self):
         points, colors = sphere()
         height = points[:, 2]

@@ -26,7 +26,6 @@ NAMES = {
                   "amplitude"),
 }
 DEGREES = {"x": ("lon", "long", "lng", "longitude"), "y": ("lat", "latitude"), "z": ("alt", "ele")}
-EARTH, ECCENTRICITY2 = 6378137.0, 0.0066943799901413165  # m, and squared, of the WGS 84 ellipsoid
 XYZ, RGB, NORMALS = ("x", "y", "z"), ("red", "green", "blue"), ("nx", "ny", "nz")
 LAYOUTS = ("expected x y z, then nothing, intensity, r g b, nx ny nz, intensity with either, or "
            "r g b and nx ny nz; or a first line with the names of the columns, such as "
@@ -164,20 +163,6 @@ def _as_bytes(triple):
     return np.round(np.clip(triple * scale, 0, 255)).astype(np.uint8)
 
 
-def _as_metres(places):
-    """-> [n, 3] east, north and up of longitudes, latitudes and heights, from the middle of those: on the
-    radii of curvature of the ellipsoid there, along the parallel and along the meridian"""
-    finite = places[np.isfinite(places).all(axis=1)]
-    if not len(finite):
-        return places
-    middle = (finite.min(axis=0) + finite.max(axis=0)) / 2
-    bend = 1 - ECCENTRICITY2 * np.sin(np.radians(middle[1])) ** 2
-    north = EARTH * (1 - ECCENTRICITY2) / bend ** 1.5
-    east = EARTH / bend ** 0.5 * np.cos(np.radians(middle[1]))
-    return np.column_stack([np.radians(places[:, 0] - middle[0]) * east,
-                            np.radians(places[:, 1] - middle[1]) * north, places[:, 2]])
-
-
 def arrays_of_columns(table, columns):
     """-> [n, 3] places, {name: array} of the others: RGB, Normals, intensity, scalars."""
     def triple(names):
@@ -195,5 +180,4 @@ def arrays_of_columns(table, columns):
     for number, name in enumerate(columns.meanings):
         if name not in used and name not in arrays:
             arrays[name] = table[:, number]
-    places = triple(XYZ)
-    return (_as_metres(places) if columns.are_degrees else places), arrays
+    return triple(XYZ), arrays

@@ -204,11 +204,12 @@ def _read_bin(path, _messages, _progress):
 
 def _read_las(path, _messages, _progress):
     from ..surfels import note_up
+    from .degrees import HOW, has_degrees
     from .scanner import read_las_cloud
 
     data = read_las_cloud(path)
     note_up(data, (0, 0, 1))  # z is the elevation (LAS specification)
-    return Cloud(data)
+    return Cloud(data, how=HOW if has_degrees(data) else "")
 
 
 def _of_scanners(data, viewpoint):

@@ -6,12 +6,15 @@ import os
 
 import numpy as np
 
+from .degrees import cloud_of_degrees
 from .polydata import polydata_of
 from .stations import trusted_places, ways_of
 from ..problems import UserProblem
 
 CHUNKS_OFFSET_AT = 96  # byte of the header with the offset of the points, which begin with that of
 # the table of chunks (LAZ specification 1.4, "Chunk table")
+WKT = 2112  # record of a .las file with the coordinate system as text (LAS specification 1.4)
+MODEL_TYPE, GEOGRAPHIC = 1024, 2  # GeoTIFF's key of the kind of coordinate system, and its value
 LAS_SCALARS = ("classification", "return_number", "gps_time")
 
 
@@ -69,8 +72,20 @@ def _las_scalars(las):
             if values.ndim == 1 and len(values) and values.min() < values.max()}
 
 
+def _is_in_degrees(header):
+    """Whether the header of a .las file says that x and y are longitudes and latitudes."""
+    for record in header.vlrs:
+        for key in getattr(record, "geo_keys", []):
+            if key.id == MODEL_TYPE:
+                return key.value_offset == GEOGRAPHIC
+        text = getattr(record, "string", "") if record.record_id == WKT else ""
+        if text:
+            return "PROJ" not in text and ("GEOGCS[" in text or "GEOGCRS[" in text)
+    return False
+
+
 def read_las_cloud(path):
-    """-> vtkPolyData with double points."""
+    """-> vtkPolyData with double points; longitudes and latitudes become metres (degrees.py)."""
     laspy = _package("laspy", "laspy[lazrs]", path)
     _check_decoder(laspy, path)
     try:
@@ -81,11 +96,12 @@ def read_las_cloud(path):
         names = set(las.point_format.dimension_names)
         rgb = np.column_stack([las.red, las.green, las.blue]) if "red" in names else None
         arrays = {**_las_scalars(las), **_arrays(rgb, np.asarray(las.intensity))}
+        make = cloud_of_degrees if _is_in_degrees(las.header) else polydata_of
     except BaseException as error:  # laspy passes on those of numpy, struct and the decoder
         if not isinstance(error, Exception) and type(error).__name__ != "PanicException":
             raise
         raise UserProblem(f"{path} is not a readable .las or .laz file: {error}") from error
-    return polydata_of(places, arrays)
+    return make(places, arrays)
 
 
 def _read_e57_scan(file, index):

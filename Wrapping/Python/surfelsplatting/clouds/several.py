@@ -6,6 +6,7 @@ import numpy as np
 from ..backend import vtk
 from ..problems import UserProblem
 from .colors import is_colors
+from .degrees import beside_first
 from .polydata import named_array, polydata_of
 from .reading import Cloud, read_cloud
 from .stations import TO_SCANNER, trusted_places, ways_of
@@ -118,7 +119,8 @@ def _join_parts(clouds):
 def _joined_cloud(clouds):
     for cloud in clouds:
         _check_points(cloud)
-    whole = polydata_of(np.concatenate([_places(cloud) for cloud in clouds]), {})
+    places = beside_first(clouds, [_places(cloud) for cloud in clouds])
+    whole = polydata_of(np.concatenate(places), {})
     left_out = [name for name in _join_arrays(_with_grey(clouds), whole) if name != TO_SCANNER]
     _join_ways(clouds, whole)
     _join_fields(clouds, whole)

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .columns import arrays_of_columns, by_names, by_values, has_places
+from .degrees import cloud_of_degrees
 from .polydata import polydata_of
 from ..problems import UserProblem
 
@@ -162,4 +163,5 @@ def read_text_cloud(path):
     else:
         names = layout.names
         columns = by_names([names[number] for number in layout.used] if layout.used else names)
-    return polydata_of(*arrays_of_columns(table, columns)), columns
+    make = cloud_of_degrees if columns.are_degrees else polydata_of
+    return make(*arrays_of_columns(table, columns)), columns
