@@ -98,7 +98,8 @@ void ArrayFile::ReadHeader()
   if (h.Version != FileHeader::TheVersion)
   {
     Refuse("its format is version " + std::to_string(h.Version) + ", and this program reads " +
-      std::to_string(FileHeader::TheVersion) + " only; write it again");
+      std::to_string(FileHeader::TheVersion) +
+      " only; make it again from its points, or read it with the program that wrote it");
   }
   if (h.FileBytes != size)
   {
