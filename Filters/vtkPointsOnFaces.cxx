@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkPointsOnFaces.h"
 
+#include "Filters/Common/FaceLimit.h"
 #include "Filters/Meshes/FaceSamples.h"
 #include "Filters/Meshes/MeshParts.h"
 #include "Filters/Meshes/MeshTriangles.h"
@@ -134,6 +135,12 @@ private:
 //------------------------------------------------------------------------------
 vtkPointsOnFaces::vtkPointsOnFaces() = default;
 vtkPointsOnFaces::~vtkPointsOnFaces() = default;
+
+//------------------------------------------------------------------------------
+vtkIdType vtkPointsOnFaces::GetMaximumNumberOfVertices()
+{
+  return MostVerticesOfFaces;
+}
 
 //------------------------------------------------------------------------------
 vtkIdTypeArray* vtkPointsOnFaces::GetParts()

@@ -81,7 +81,7 @@ public:
    * Meshes of more vertices are passed without looking at their faces, which takes too long and
    * hardly ever finds a lack.
    */
-  static vtkIdType GetMaximumNumberOfVertices() { return 200000; }
+  static vtkIdType GetMaximumNumberOfVertices();
 
 protected:
   vtkPointsOnFaces();

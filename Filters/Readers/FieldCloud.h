@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * A point cloud as it is stored in files: bytes, and a list of the fields of a point.
+ * A point cloud as it is stored in files: bytes, and a list of the fields of a point; the faces of
+ * a mesh.
  */
 #pragma once
 
 #include "Filters/Common/RawVector.h"
+
+#include "vtkCellArray.h"
+#include "vtkSmartPointer.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -51,6 +55,7 @@ struct FieldCloud
   std::size_t PointStep = 0;           ///< bytes from one point to the next
   std::vector<Field> Fields;
   SurfelGeometry::RawVector<std::uint8_t> Data;
+  vtkSmartPointer<vtkCellArray> Faces; ///< null: none
 };
 
 /// Reverses the bytes of every value.

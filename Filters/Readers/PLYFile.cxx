@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Readers/PLYFile.h"
 
+#include "Filters/Common/FaceLimit.h"
+
+#include "vtkNew.h"
 #include "vtkSMPTools.h"
 
 #include <pcl/io/ply/ply_parser.h>
@@ -85,6 +88,7 @@ private:
 
   Parser::element_callbacks_type AddElement(const std::string& name, std::size_t count);
   void ReadObjectInfo(const std::string& line);
+  void EndFace();
   bool FindBlock(const std::string& path);
   bool ReadBlock(const std::string& path);
   void ArrangeInGrid();
@@ -92,7 +96,9 @@ private:
   template <typename Value>
   std::function<void(Value)> AddProperty(const std::string& element, const std::string& name);
   template <typename Size, typename Value>
-  void AddGridCallbacks(Parser::list_property_definition_callbacks_type& callbacks);
+  void AddListCallback(Parser::list_property_definition_callbacks_type& callbacks);
+  template <typename... Values>
+  void AddListCallbacks(Parser::list_property_definition_callbacks_type& callbacks);
   template <typename... Values>
   void AddScalarCallbacks(Parser::scalar_property_definition_callbacks_type& callbacks);
 
@@ -103,6 +109,8 @@ private:
   std::uint64_t Count = 0;             // of vertices, by the header
   std::uint64_t Columns = 0, Rows = 0; // of a depth image, or 0
   std::vector<std::int64_t> Grid;      // vertex of each pixel of a depth image, or NoPoint
+  std::vector<vtkIdType> Corners;      // of the face that is read
+  vtkNew<vtkCellArray> Faces;
 };
 
 /// The files of range scanners have cells of a grid, each with a vertex or none.
@@ -168,16 +176,44 @@ void Contents::AddScalarCallbacks(Parser::scalar_property_definition_callbacks_t
     ...);
 }
 
+/// Keeps a face all of whose corners exist.
+void Contents::EndFace()
+{
+  const bool isWhole = std::all_of(this->Corners.begin(), this->Corners.end(),
+    [this](vtkIdType i) { return i >= 0 && static_cast<std::uint64_t>(i) < this->Count; });
+  if (isWhole && this->Count <= SurfelGeometry::MostVerticesOfFaces)
+  {
+    this->Faces->InsertNextCell(static_cast<vtkIdType>(this->Corners.size()), this->Corners.data());
+  }
+  this->Corners.clear();
+}
+
 template <typename Size, typename Value>
-void Contents::AddGridCallbacks(Parser::list_property_definition_callbacks_type& callbacks)
+void Contents::AddListCallback(Parser::list_property_definition_callbacks_type& callbacks)
 {
   using Callbacks =
     std::tuple<std::function<void(Size)>, std::function<void(Value)>, std::function<void()>>;
-  Parser::at<Size, Value>(callbacks) = [this](const std::string& element, const std::string&) {
-    return element != "range_grid"
-      ? Callbacks{}
-      : Callbacks([](Size) {}, [this](Value vertex) { this->Grid.back() = vertex; }, [] {});
+  Parser::at<Size, Value>(callbacks) = [this](const std::string& element, const std::string& name) {
+    if (element == "range_grid")
+    {
+      return Callbacks([](Size) {}, [this](Value vertex) { this->Grid.back() = vertex; }, [] {});
+    }
+    if (element == "face" && (name == "vertex_indices" || name == "vertex_index"))
+    {
+      return Callbacks([](Size) {}, [this](Value corner) { this->Corners.push_back(corner); },
+        [this] { this->EndFace(); });
+    }
+    return Callbacks{};
   };
+}
+
+template <typename... Values>
+void Contents::AddListCallbacks(Parser::list_property_definition_callbacks_type& callbacks)
+{
+  using namespace pcl::io::ply;
+  (this->AddListCallback<uint8, Values>(callbacks), ...);
+  (this->AddListCallback<uint16, Values>(callbacks), ...);
+  (this->AddListCallback<uint32, Values>(callbacks), ...);
 }
 
 bool Contents::Read(const std::string& path)
@@ -191,8 +227,7 @@ bool Contents::Read(const std::string& path)
   this->AddScalarCallbacks<int8, uint8, int16, uint16, int32, uint32, float32, float64>(scalars);
   parser.scalar_property_definition_callbacks(scalars);
   Parser::list_property_definition_callbacks_type lists;
-  this->AddGridCallbacks<uint8, int32>(lists);
-  this->AddGridCallbacks<uint8, uint32>(lists);
+  this->AddListCallbacks<int8, uint8, int16, uint16, int32, uint32>(lists);
   parser.list_property_definition_callbacks(lists);
   parser.format_callback([this](format_type format, const std::string&) { this->Format = format; });
   parser.end_header_callback([this, &path] { return !this->FindBlock(path); }); // false: it stops
@@ -279,6 +314,8 @@ FieldCloud Contents::TakeCloud()
   const bool isImage = this->Rows > 1 && IsProduct(this->Count, this->Columns, this->Rows);
   this->Cloud.Width = static_cast<std::uint32_t>(isImage ? this->Columns : this->Count);
   this->Cloud.Height = static_cast<std::uint32_t>(isImage ? this->Rows : 1);
+  // The pixels of an image are other points than the corners know.
+  this->Cloud.Faces = !isImage && this->Faces->GetNumberOfCells() > 0 ? this->Faces.Get() : nullptr;
   return std::move(this->Cloud);
 }
 }

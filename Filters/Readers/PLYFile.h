@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Reads the vertices of .ply files with PCL's parser. It is in libpcl_io_ply; libpcl_io, which has
- * PCL's reader, would bring another VTK along. Not in the ParaView plugin, since Debian has both in
- * one package.
+ * Reads the vertices and faces of .ply files with PCL's parser. It is in libpcl_io_ply; libpcl_io,
+ * which has PCL's reader, would bring another VTK along. Not in the ParaView plugin, since Debian
+ * has both in one package.
  */
 #pragma once
 

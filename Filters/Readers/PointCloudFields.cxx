@@ -396,6 +396,13 @@ void DecodeFields(const FieldCloud& cloud, vtkPolyData* output)
     }
   }
 
-  output->SetVerts(MakeVertices(static_cast<int>(Count(cloud))));
+  if (cloud.Faces)
+  {
+    output->SetPolys(cloud.Faces);
+  }
+  else
+  {
+    output->SetVerts(MakeVertices(static_cast<int>(Count(cloud))));
+  }
 }
 }

@@ -3,9 +3,9 @@
  * @class   vtkPointCloudReader
  * @brief   reads .pcd and .ply point clouds with all their point fields
  *
- * Reads PCL's .pcd files (ascii, binary, binary_compressed) and the vertices of .ply files (ascii,
- * binary in either byte order; faces and lists are skipped). The content decides the format, not
- * the file's name. Fields become:
+ * Reads PCL's .pcd files (ascii, binary, binary_compressed) and .ply files (ascii, binary in either
+ * byte order): their vertices, and the faces of up to 200000, for vtkPointsOnFaces. The content
+ * decides the format, not the file's name. Fields become:
  *
  * | field                              | output                                                  |
  * |------------------------------------|---------------------------------------------------------|
@@ -17,8 +17,8 @@
  *
  * An alpha that is 0 in every point or 255 in every point is left out (depth cameras write 0).
  * Points with NaN coordinates are kept, so that an organized cloud keeps its rows; the surfel
- * filters drop and count them. All points form one poly-vertex cell, so that an ordinary mapper
- * shows them.
+ * filters drop and count them. Without faces all points form one poly-vertex cell, so that an
+ * ordinary mapper shows them. Faces with corners that do not exist are left out.
  *
  * What is known of the sensor is in the field arrays ScanViewpoint, ScanBounds and (organized
  * clouds) ScanDimensions, for filters that do not know the reader; Documentation/DataContract.md.

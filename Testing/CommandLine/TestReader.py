@@ -45,6 +45,24 @@ def write_pcd(path, columns, form, width=None, height=1, viewpoint="0 0 0 1 0 0 
             file.write(struct.pack("<II", len(packed), len(raw)) + packed)
 
 
+def write_mesh(path, form, lists, faces, name="vertex_indices", points=4):
+    """Faces of four points, then of others at 0, with a list of other numbers before each; lists: the
+    types of a length and of a corner."""
+    kinds = {"uchar": "B", "ushort": "H", "uint": "I", "char": "b", "short": "h", "int": "i"}
+    header = (f"ply\nformat {form} 1.0\nelement vertex {points}\nproperty float x\nproperty float y\n"
+              f"property float z\nelement face {len(faces)}\nproperty list uchar float weights\n"
+              f"property list {' '.join(lists)} {name}\nend_header\n").encode()
+    places = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)] + [(0, 0, 0)] * (points - 4)
+    if form == "ascii":
+        rows = [*places, *((2, 0.5, 0.25, len(face), *face) for face in faces)]
+        return write(path, header + "\n".join(" ".join(map(str, row)) for row in rows).encode())
+    order, (length, corner) = "<" if "little" in form else ">", (kinds[kind] for kind in lists)
+    return write(path, header + b"".join(struct.pack(order + "3f", *place) for place in places)
+                 + b"".join(struct.pack(f"{order}Bff", 2, 0.5, 0.25)
+                            + struct.pack(f"{order}{length}{len(face)}{corner}", len(face), *face)
+                            for face in faces))
+
+
 class TestReader(ToolCase):
     def read(self, path):
         reader = vtkPointCloudReader()
@@ -65,6 +83,33 @@ class TestReader(ToolCase):
 
     def points(self, reader):
         return places_of(reader.GetOutput())
+
+    def faces_of(self, *words, **options):
+        output = self.read(write_mesh("mesh.ply", *words, **options)).GetOutput()
+        cells = output.GetPolys()
+        ends = vtk_to_numpy(cells.GetOffsetsArray()).tolist()
+        corners = vtk_to_numpy(cells.GetConnectivityArray()).tolist()
+        self.assertEqual(output.GetNumberOfVerts(), 0 if len(ends) > 1 else 1)
+        return [corners[i:j] for i, j in zip(ends, ends[1:])]
+
+    def test_ply_faces(self):
+        faces = [[0, 1, 2], [3, 2, 1, 0], [], [0, 1, 2] * 100]
+        for form in ("ascii", "binary_little_endian", "binary_big_endian"):
+            for corner in ("char", "uchar", "short", "ushort", "int", "uint"):
+                self.assertEqual(self.faces_of(form, ("uchar", corner), faces[:3]), faces[:3])
+                self.assertEqual(self.faces_of(form, ("ushort", corner), faces), faces)
+            self.assertEqual(self.faces_of(form, ("uint", "int"), faces, "vertex_index"), faces)
+            self.assertEqual(self.faces_of(form, ("uint", "int"), faces, "edges"), [])
+            # Corners that do not exist.
+            self.assertEqual(self.faces_of(form, ("uchar", "int"), [[0, 1, 4], [2, 1, 0], [-1, 1, 2]]),
+                             [[2, 1, 0]])
+        content = content_of("mesh.ply")
+        self.assertIn("cut short", self.failure(write("cut.ply", content[:-1])))
+
+    def test_ply_faces_of_many_vertices_are_left_out(self):
+        form = "binary_little_endian"
+        for points, faces in ((200_000, [[0, 1, 2]]), (200_001, [])):
+            self.assertEqual(self.faces_of(form, ("uchar", "int"), [[0, 1, 2]], points=points), faces)
 
     def test_ply_containers(self):
         points, colors = sphere(100)

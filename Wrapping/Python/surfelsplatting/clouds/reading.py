@@ -106,22 +106,11 @@ def _read_scan(path, messages, progress):
     progress.update(reader, "reading")
     messages.check()
     columns, rows = reader.GetDimensions()
-    if path.lower().endswith(".ply") and rows <= 1 and not reader.GetHasViewpoint():
-        return _of_ply_mesh(path, reader.GetOutput())
+    if reader.GetOutput().GetNumberOfPolys():
+        return _of_vertices(reader.GetOutput())
     cloud = Cloud(reader.GetOutput(), reader.GetViewpoint() if reader.GetHasViewpoint() else None,
                   columns if rows > 1 else 0)
     return cloud if cloud.columns else _with_image(cloud)
-
-
-def _of_ply_mesh(path, data):
-    from .faces import MOST_VERTICES
-    from .plyfaces import read_ply_faces
-
-    faces = read_ply_faces(path) if data.GetNumberOfPoints() <= MOST_VERTICES else None
-    if faces is None:
-        return _with_image(Cloud(data))
-    data.SetPolys(faces)
-    return _of_vertices(data)
 
 
 def _capture_cloud(data, invalid, is_antialiased):
