@@ -43,6 +43,7 @@ class vtkPointsOnFaces::Execution
 public:
   explicit Execution(vtkPolyData* mesh)
     : Mesh(mesh)
+    , Vertices(mesh->GetNumberOfPoints())
     , Positions(PositionsOf(mesh->GetPoints()))
     , Triangles(TrianglesOf(mesh, this->Positions))
     , Placed(PlaceCorners(this->Triangles, this->Positions))
@@ -53,7 +54,7 @@ public:
   bool IsMesh() const
   {
     return !this->Triangles.empty() && std::isfinite(TotalArea(this->Triangles)) &&
-      2 * this->Placed.Points >= this->Mesh->GetNumberOfPoints();
+      2 * this->Placed.Points >= this->Vertices;
   }
 
   void Judge(int& lack, bool& isModel) const
@@ -97,8 +98,8 @@ public:
   {
     vtkDataArray* normals = NormalsOfMesh(this->Mesh);
     const std::vector<int> parts = normals ? this->FindPartsBy(normals) : std::vector<int>();
-    const std::vector<FaceSample> samples = SpreadSamples(
-      this->Triangles, this->Positions, parts, std::max(count, this->Mesh->GetNumberOfPoints()));
+    const std::vector<FaceSample> samples =
+      SpreadSamples(this->Triangles, this->Positions, parts, std::max(count, this->Vertices));
     InterpolateSamples(this->Mesh, this->Triangles, samples, normals, output);
     if (!normals)
     {
@@ -127,6 +128,7 @@ private:
   }
 
   vtkSmartPointer<vtkPolyData> Mesh;
+  vtkIdType Vertices; // of the input; MakeNormals repeats some
   std::vector<Vector3> Positions;
   std::vector<MeshTriangle> Triangles;
   PlacedCorners Placed;

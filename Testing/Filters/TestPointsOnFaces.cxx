@@ -101,6 +101,21 @@ TEST_CASE("Normals are made only if they are wanted")
   CHECK(faces->GetParts());
 }
 
+/// Made normals repeat vertices at creases, which the mesh has not.
+TEST_CASE("Few points are made of few vertices, with normals or without")
+{
+  const vtkNew<vtkPolyData> mesh = TwoCubes();
+  vtkNew<vtkPointsOnFaces> faces;
+  faces->SetInputData(mesh);
+  faces->SetNumberOfPoints(20);
+  for (const bool normals : { false, true })
+  {
+    faces->SetMakeNormals(normals);
+    faces->Update();
+    CHECK_NEAR(static_cast<double>(faces->GetOutput()->GetNumberOfPoints()), 20.0, 4.0);
+  }
+}
+
 TEST_CASE("What tells its surface is passed, and forgets the mesh before")
 {
   const vtkNew<vtkPolyData> mesh = TwoCubes();
