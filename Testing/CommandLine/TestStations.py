@@ -3,6 +3,7 @@
 
 import json
 import unittest
+import warnings
 
 import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
@@ -144,6 +145,14 @@ class TestStations(ToolCase):
         self.assertIsNone(scanners_of(data)[0])
         ways[:] = 0
         self.assertEqual(scanners_of(data), (None, 0.0))
+
+    def test_wild_places(self):
+        """A damaged file may put a scan anywhere."""
+        points = np.array([[0, 0, 1], [0, 1, 0], [1e39, 0, 2], [1e39, 2, 0]])
+        data = polydata_of(points, {"ToScanner": -points * [0, 1, 1]})
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            self.assertEqual(scanners_of(data), ([[0, 0, 0], [1e39, 0, 0]], 1.0))
 
 
 if __name__ == "__main__":

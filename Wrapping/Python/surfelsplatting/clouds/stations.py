@@ -46,7 +46,7 @@ def scanners_of(data):
         return None, 0.0
     tolerance = ROUNDING * lengths[known].max()
     places = points[known] + ways[known]
-    steps = np.round((places - places[0]) / tolerance).astype(np.int64)
+    steps = np.round((places - places[0]) / tolerance)  # wild ones are no integers of 64 bits
     _, firsts = np.unique(steps, axis=0, return_index=True)
     if len(firsts) > MANY:
         return None, float(np.mean(known))
