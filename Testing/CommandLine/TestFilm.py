@@ -238,16 +238,27 @@ class TestFilm(FilmCase):
         self.refuse_film("--through and --position", "--through", "both.json", "--position", "1", "2",
                     "3", "-o", "three")
 
-    def test_killed_and_resumed_run_makes_the_same_bytes(self):
-        self.film("--frames", "400", "-o", "whole")
+    def test_killed_run_leaves_whole_pictures(self):
         self.stopped(signal.SIGKILL, "-o", "out")
-        done = [name for name in os.listdir("out") if name.endswith(".png")]
-        self.assertLess(len(done), 400)
+        done = {name: content for name, content in self.contents("out").items()
+                if name.endswith(".png") and ".part" not in name}
+        self.assertIn(len(done), range(4, 400))
+        for name, content in done.items():
+            self.assertEqual(content[-8:-4], b"IEND", name)
+        self.refuse_film("frames differs", "--frames", "399", "-o", "out", "--resume")
+
+    def test_resumed_run_makes_the_same_bytes(self):
+        self.film("--frames", "9", "-o", "out")
+        whole = self.contents("out")
+        for name in ("0004.png", "0008.png"):
+            os.remove(f"out/{name}")
         with open("out/0002.png", "r+b") as file:  # as after a power failure
             file.truncate(100)
         write("out/0007.12345.part.png", b"begun")
-        self.film("--frames", "400", "-o", "out", "--resume")
-        self.assertEqual(self.contents("out"), self.contents("whole"))
+        os.utime("out/0003.png", (1, 1))
+        self.film("--frames", "9", "-o", "out", "--resume")
+        self.assertEqual(self.contents("out"), whole)
+        self.assertEqual(os.stat("out/0003.png").st_mtime, 1)  # is not drawn again
 
     def test_interrupt_keeps_what_is_done(self):
         said, code = self.stopped(signal.SIGINT, "-o", "out")
@@ -293,18 +304,20 @@ class TestFilm(FilmCase):
 class TestMovie(FilmCase):
     @unittest.skipUnless(shutil.which("ffmpeg"), "ffmpeg is needed")
     def test_movie(self):
-        self.film("--frames", "400", "-o", "whole.mp4", "--rate", "25", "--size", "61", "47")
+        self.film("--frames", "9", "-o", "whole.mp4", "--rate", "25", "--size", "61", "47")
         words = ["ffprobe", "-v", "error", "-show_entries",
                  "stream=width,height,nb_frames,r_frame_rate,pix_fmt", "-of", "csv=p=0"]
         probed = subprocess.run([*words, "whole.mp4"], capture_output=True, text=True, check=True)
-        self.assertEqual(probed.stdout.strip(), "62,48,yuv420p,25/1,400")  # even sizes
-        self.film("--frames", "400", "-o", "again.mp4")
-        said, _ = self.stopped(signal.SIGINT, "-o", "out.mp4")
-        self.assertIn("pictures are in out.frames", said)
-        self.film("--frames", "400", "-o", "out.mp4", "--resume")
+        self.assertEqual(probed.stdout.strip(), "62,48,yuv420p,25/1,9")  # even sizes
+        self.film("--frames", "9", "-o", "again.mp4")
+        self.film("--frames", "9", "-o", "out.frames")
+        os.remove("out.frames/0005.png")
+        self.film("--frames", "9", "-o", "out.mp4", "--resume")
         self.assertEqual(content_of("again.mp4"), content_of("out.mp4"))
         self.assertEqual(sorted(os.listdir(".")),
                          ["again.mp4", "ball.ply", "out.mp4", "whole.mp4"])
+        said, _ = self.stopped(signal.SIGINT, "-o", "stopped.mp4")
+        self.assertIn("pictures are in stopped.frames", said)
 
     def test_without_ffmpeg(self):
         words = [TOOL, "film", "ball.ply", "-o", "out.mp4"]
