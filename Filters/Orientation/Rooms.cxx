@@ -18,7 +18,8 @@ constexpr int MinPoints = 1000; // of a room
 constexpr int ShellSamples = 50'000;
 constexpr int ContentSamples = 500;
 
-/// Largest cosine between a wall's normal and the axis, and the smallest of a floor's.
+/// These limits are those of rooms.py in Wrapping/Python/surfelsplatting/views, too: largest cosine
+/// between a wall's normal and the axis, and the smallest of a floor's.
 constexpr double WallCosine = 0.3;
 constexpr double LevelCosine = 0.95;
 

@@ -8,16 +8,19 @@ import numpy as np
 from .cameras import AXES
 from .turning import lengths
 
+# As in Filters/Orientation/Rooms.cxx, which turns the walls of rooms inward: a surface that is a room
+# there must be one here.
 BULK = (0.5, 99.5)  # percent of the heights
 END = 0.05  # part of the height, at both ends, in which floor and ceiling are
 WALL, LEVEL = 0.3, 0.95  # cosine of the slope
 CLOSED = 0.15  # net area over area below which a surface is closed
-ONE_SIDED = 0.7  # least part of a room's area
 LEAST = 0.06  # part of the area of a floor, and of a ceiling
 UPRIGHT = 0.8  # least part of the area that is level or a wall
+HEIGHTS = 1.8, 12.0  # of rooms, in metres or feet
+
+ONE_SIDED = 0.7  # least part of a room's area
 TOPS, CLEAR = 0.01, 2.0  # least part of the area, and how many times as much as along another axis
 FLAT = 0.7  # height over width below which it is no width
-HEIGHTS = 1.8, 12.0  # of rooms, in metres or feet
 FEW = 4000  # points, of which the place inside is found
 ROOMY = 0.8  # part of the largest space around a place that is enough
 STEPS = 9  # places tried along each axis
