@@ -181,7 +181,7 @@ void Contents::EndFace()
 {
   const bool isWhole = std::all_of(this->Corners.begin(), this->Corners.end(),
     [this](vtkIdType i) { return i >= 0 && static_cast<std::uint64_t>(i) < this->Count; });
-  if (isWhole && this->Count <= SurfelGeometry::MostVerticesOfFaces)
+  if (isWhole)
   {
     this->Faces->InsertNextCell(static_cast<vtkIdType>(this->Corners.size()), this->Corners.data());
   }
@@ -198,7 +198,8 @@ void Contents::AddListCallback(Parser::list_property_definition_callbacks_type& 
     {
       return Callbacks([](Size) {}, [this](Value vertex) { this->Grid.back() = vertex; }, [] {});
     }
-    if (element == "face" && (name == "vertex_indices" || name == "vertex_index"))
+    if (element == "face" && (name == "vertex_indices" || name == "vertex_index") &&
+      this->Count <= SurfelGeometry::MostVerticesOfFaces) // vertices come first
     {
       return Callbacks([](Size) {}, [this](Value corner) { this->Corners.push_back(corner); },
         [this] { this->EndFace(); });
