@@ -8,9 +8,9 @@ import functools
 import importlib
 import importlib.util
 import os
-import platform
 import re
 import sys
+from contextlib import contextmanager
 
 from .version import SYSTEM, VTK_PACKAGE, VTK_VERSION
 
@@ -68,12 +68,29 @@ def check_choice():
     # Otherwise nobody has chosen yet.
 
 
+@contextmanager
+def _binding_late():
+    """Functions of libraries that are loaded meanwhile are looked up at their first call. VTK's modules
+    have tens of thousands, which takes a tenth of the time to start; of ours all are looked up, so that
+    another VTK than theirs is an ImportError, not the end of the process."""
+    if not hasattr(sys, "setdlopenflags"):
+        yield
+        return
+    flags = sys.getdlopenflags()
+    sys.setdlopenflags(flags & ~os.RTLD_NOW | os.RTLD_LAZY)
+    try:
+        yield
+    finally:
+        sys.setdlopenflags(flags)
+
+
 def load(names):
     """Imports modules of VTK. Raises ImportError if they are missing or of another version."""
     check_choice()
     try:
-        for name in names:
-            vtk(name)
+        with _binding_late():
+            for name in names:
+                vtk(name)
         found = vtk("vtkCommonCore").vtkVersion.GetVTKVersion()
     except ImportError as error:
         raise cannot_load(error) from error
@@ -84,6 +101,8 @@ def load(names):
 
 def cannot_load(error):
     """The ImportError to raise when a module of VTK or of ours cannot be loaded."""
+    import platform  # takes 3 ms, and only errors need it
+
     system = f"{platform.system()} {platform.machine()}"
     if system != SYSTEM:
         return ImportError(f"{_built_for()}; this is {system}. Build it from source")

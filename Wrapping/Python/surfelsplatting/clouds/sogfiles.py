@@ -4,7 +4,6 @@
 import io
 import os
 import warnings
-import zipfile
 
 import numpy as np
 
@@ -53,6 +52,8 @@ class _Zip:
     meta = META
 
     def __init__(self, path):
+        import zipfile  # takes 2 ms, which other files need not wait for
+
         self.size = os.path.getsize(path)
         try:
             self._zip = zipfile.ZipFile(path)

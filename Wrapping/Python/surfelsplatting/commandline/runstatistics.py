@@ -2,9 +2,10 @@
 """Counts and times of one run, for --stats."""
 
 import resource
-import statistics
 import time
 from contextlib import contextmanager
+
+import numpy as np
 
 from ..version import __version__
 
@@ -72,7 +73,7 @@ class RunStatistics:
         """Without the first frame, which also fills caches, unless it is the only one."""
         frames = self._frames[1:] or self._frames
         names = {name: None for frame in frames for name in frame}
-        return {name: statistics.median(frame.get(name, 0.0) for frame in frames)
+        return {name: float(np.median([frame.get(name, 0.0) for frame in frames]))
                 for name in names}
 
     def seconds_to_hierarchy(self):

@@ -56,8 +56,8 @@ def _three_quarter_direction(samples, up):
     """From the object to the lens: the usual side, unless another one, in steps of 45 degrees around,
     shows much more."""
     def facing(direction):
-        projected = samples.areas @ direction
-        return np.where(samples.two_sided, np.abs(projected), np.maximum(projected, 0)).sum()
+        projected = samples.some.areas @ direction
+        return np.where(samples.some.two_sided, np.abs(projected), np.maximum(projected, 0)).sum()
 
     levels = [rotated(front_of(up), up, AZIMUTH + turn * math.pi / 4) for turn in range(8)]
     shown = [facing(_raised(level, up, ELEVATION)) for level in levels]
@@ -103,7 +103,7 @@ def _elevation(samples, up):
     lower beside trees, masts and people, whose ends would be nearer and farther than the middle. Walls
     are neither: they have little depth, and are wide."""
     front = front_of(up)
-    depth, width, height = (np.ptp(np.percentile(samples.points @ axis, BULK))
+    depth, width, height = (np.ptp(np.percentile(samples.some.points @ axis, BULK))
                             for axis in (front, np.cross(up, front), up))
     flat = height / max(min(depth, width), 1e-300)
     slender = height / max(depth, width, 1e-300)

@@ -17,6 +17,7 @@ vtk_to_numpy = vtk("util.numpy_support").vtk_to_numpy
 FAR = 4.0  # largest coordinate over the diagonal of a cloud that is far from the origin
 LARGEST_CLOUD = 1e15  # the camera is farther away, and squares must stay in float's range
 SAMPLES = 200_000
+ENOUGH = 50_000  # of which what is up, and from where it is seen, is told within 50 ms
 STEP = 0.1  # of the width of a box that grows
 SPARSE = 4.0  # times the usual distance between points
 ALONE = 2e-5  # part of the points, of strays that are left
@@ -88,14 +89,23 @@ class Samples(Surface):
         return self.high - self.low
 
     @cached_property
+    def some(self):
+        """-> Surface of them, enough for shares and directions; of the same extent"""
+        step = max(1, len(self.points) // ENOUGH)
+        some = Surface(*(np.ascontiguousarray(rows[::step])  # three times as fast to read
+                         for rows in (self.points, self.areas, self.two_sided)))
+        some.extent = self.extent
+        return some
+
+    @cached_property
     def profiles(self):
         """-> Profile along each axis"""
-        return [profile_of(self, axis) for axis in range(3)]
+        return [profile_of(self.some, axis) for axis in range(3)]
 
     @cached_property
     def facing(self):
         """-> 1 if a closed surface faces outward, -1 inward, 0 if it is not closed"""
-        return facing_of(self)
+        return facing_of(self.some)
 
     @property
     def spacing(self):

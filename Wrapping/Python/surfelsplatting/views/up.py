@@ -10,7 +10,7 @@ from ..backend import vtk
 from ..clouds.polydata import polydata_of
 from ..surfels import make_surfels
 from .rooms import height_axis, is_room, may_be_room
-from .samples import Surface
+from .samples import ENOUGH, Surface
 from .turning import lengths, unit
 
 FLAT, LEAN = 0.35, 0.6  # thickness over width below which a cloud is a terrain; and of figures
@@ -32,7 +32,6 @@ TIPS = 8  # times at most that it touches the ground elsewhere
 FEW, HALF = 0.1, 0.5  # two-sided parts of a closed surface, and of one that mostly is
 OPEN = 0.05  # net area over area above which a surface has an open side
 OPAQUE = 0.5  # opacity of a capture's Gaussians that are taken for a surface
-ENOUGH = 50_000  # samples, of which what is up is told within a quarter of a second
 STEEPEST = 0.5  # cosine of the angle between a floor's normal and what is up in a depth image
 EVEN = 0.99  # cosine of the angle between the normals of one floor
 PERCENTS = range(5, 100, 5)  # of the heights
@@ -244,7 +243,7 @@ def _as_usual(samples, ups):
     first, *others = [up for index, up in enumerate(ups) if _is_usual(index, ups)]
     if samples.is_capture or samples.two_sided.mean() > HALF:
         return first
-    some = _some_of(samples)
+    some = samples.some
     if _stability(some, first) >= 0:
         return first
     based = next((up for up in others if _stands_on_base(some, up)), None)
@@ -321,19 +320,12 @@ def is_open(samples):
 def _is_model(samples):
     """Whether a surface is closed, does not tip over along y, and may stand on its lower end there as
     well as on that along z. Scans of places are open, and models of things have y up."""
-    if samples.is_capture or samples.two_sided.mean() > HALF or is_open(samples):
+    if samples.is_capture or samples.two_sided.mean() > HALF or is_open(samples.some):
         return False
-    if _stability(_some_of(samples), Y) < 0:
+    if _stability(samples.some, Y) < 0:
         return False
     along_y, along_z = samples.profiles[1:]
     return max(along_z.floor, along_z.ceiling) <= max(BASE, along_y.floor, along_y.ceiling)
-
-
-def _some_of(samples):
-    step = max(1, len(samples.points) // ENOUGH)
-    some = Surface(samples.points[::step], samples.areas[::step], samples.two_sided[::step])
-    some.extent = samples.extent
-    return some
 
 
 def _surface_of(samples):
@@ -356,7 +348,7 @@ def _surface_of(samples):
 
 def _is_alike_from(samples, ups):
     """Whether it does not matter which of these is up, as of balls: their heights are the same."""
-    heights = [np.percentile(samples.points @ up, PERCENTS) - samples.center @ up for up in ups]
+    heights = [np.percentile(samples.some.points @ up, PERCENTS) - samples.center @ up for up in ups]
     return bool(np.ptp(heights, axis=0).max() <= ALIKE * samples.extent[1:].max())
 
 
@@ -370,7 +362,7 @@ def _of_kind(samples, thin):
     if is_room(samples) or may_be_room(samples):
         axis, is_clear = height_axis(samples)
         return Up(np.eye(3)[axis], is_clear)
-    return _of_facade(samples, thin)
+    return _of_facade(samples.some, thin)
 
 
 def _of_surface(samples, ups):
@@ -379,7 +371,7 @@ def _of_surface(samples, ups):
     if samples.is_capture:
         surface = _surface_of(samples)
     else:
-        surface, rules = _some_of(samples), (_of_stance, _of_stem, *rules)
+        surface, rules = samples.some, (_of_stance, _of_stem, *rules)
     if surface is None:
         return None
     found = next(filter(None, (rule(surface, ups) for rule in rules)), None)
@@ -401,7 +393,7 @@ def find_up(samples):
     up = None if samples.is_capture else _of_kind(samples, thin)
     if up:
         return up
-    up = None if samples.is_capture else _on_feet(_some_of(samples))
+    up = None if samples.is_capture else _on_feet(samples.some)
     if up:
         return up
     ups = OF_CAPTURES if samples.is_capture else OF_SCANS
