@@ -105,26 +105,25 @@ void NearbyPoints::Begin(const float center[3], float reach)
 {
   std::copy_n(center, 3, this->Center);
   this->Reach = reach * reach > LeastSquare ? reach : -1.0f;
-  for (std::vector<float>* coordinates : { &this->X, &this->Y, &this->Z })
-  {
-    coordinates->clear();
-  }
-  this->Ids.clear();
+  this->Count = 0;
 }
 
-void NearbyPoints::Add(int id, const float* position)
+void NearbyPoints::Grow()
 {
-  this->X.push_back(position[0]);
-  this->Y.push_back(position[1]);
-  this->Z.push_back(position[2]);
-  this->Ids.push_back(id);
+  const std::size_t capacity = std::max<std::size_t>(256, 2 * this->Count);
+  for (std::vector<float>* values : { &this->X, &this->Y, &this->Z, &this->Squared })
+  {
+    values->resize(capacity);
+  }
+  this->Ids.resize(capacity);
+  this->Keys.resize(capacity + 1);
 }
 
 /// Puts the keys of the points within a squared distance into Keys. Returns their number.
-int NearbyPoints::Select(const float place[3], float limit)
+int NearbyPoints::Select(float limit)
 {
   int count = 0;
-  for (std::size_t k = 0; k < this->Ids.size(); ++k)
+  for (std::size_t k = 0; k < this->Count; ++k)
   {
     this->Keys[static_cast<std::size_t>(count)] = KeyOf(this->Squared[k], this->Ids[k]);
     count += this->Squared[k] <= limit ? 1 : 0;
@@ -140,26 +139,27 @@ bool NearbyPoints::FindNearest(
   // All points within this distance of the place are here: the triangle inequality.
   const float sure =
     (1.0f - Rounding) * this->Reach - (1.0f + Rounding) * std::sqrt(x * x + y * y + z * z);
-  if (!(sure > 0.0f) || this->Ids.size() < static_cast<std::size_t>(wanted))
+  if (!(sure > 0.0f) || this->Count < static_cast<std::size_t>(wanted))
   {
     return false;
   }
-  this->Squared.resize(this->Ids.size());
-  this->Keys.resize(this->Ids.size() + 1);
-  FindSquares(place, this->X.data(), this->Y.data(), this->Z.data(),
-    static_cast<int>(this->Ids.size()), this->Squared.data());
+  FindSquares(place, this->X.data(), this->Y.data(), this->Z.data(), static_cast<int>(this->Count),
+    this->Squared.data());
   float limit = std::min(likely, sure * sure);
-  int count = this->Select(place, limit);
+  int count = this->Select(limit);
   if (count < wanted && likely < sure * sure)
   {
     limit = sure * sure;
-    count = this->Select(place, limit);
+    count = this->Select(limit);
   }
   if (count < wanted)
   {
     return false;
   }
-  found.resize(static_cast<std::size_t>(std::max(count, wanted)));
+  if (found.size() < static_cast<std::size_t>(count))
+  {
+    found.resize(static_cast<std::size_t>(count));
+  }
   if (count <= MostRanked)
   {
     SortByRank(this->Keys.data(), count, found.data());

@@ -39,24 +39,37 @@ class NearbyPoints
 public:
   /// Begins with no points. They will be all those of the cloud at less than `reach` from `center`.
   void Begin(const float center[3], float reach);
-  void Add(int id, const float* position);
+  void Add(int id, const float* position)
+  {
+    if (this->Count == this->Ids.size())
+    {
+      this->Grow();
+    }
+    this->X[this->Count] = position[0];
+    this->Y[this->Count] = position[1];
+    this->Z[this->Count] = position[2];
+    this->Ids[this->Count++] = id;
+  }
 
   /// To be called if some were left out: all searches fail.
   void Forget() { this->Reach = -1.0f; }
 
-  std::size_t Size() const { return this->Ids.size(); }
+  std::size_t Size() const { return this->Count; }
 
   /// Finds the `wanted` points nearest to a place, sorted. Returns false if the cloud may have
   /// nearer ones.
   /// @param likely squared distance within which they probably are; it changes only the time
+  /// @param found their keys; more may follow
   bool FindNearest(
     const float place[3], int wanted, float likely, std::vector<std::uint64_t>& found);
 
 private:
-  int Select(const float place[3], float limit);
+  void Grow();
+  int Select(float limit);
 
   float Center[3];
   float Reach = -1.0f;
+  std::size_t Count = 0; // of the points; the arrays may be larger
   std::vector<float> X, Y, Z, Squared;
   std::vector<int> Ids;
   std::vector<std::uint64_t> Keys;

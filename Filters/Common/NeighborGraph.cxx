@@ -105,8 +105,7 @@ void NeighborGraph::Release(size_t begin, size_t end)
 void NeighborGraph::Get(const LocalCloud& cloud, int i, int count, Neighbors& neighbors) const
 {
   const int* row = this->Row(i);
-  const int found =
-    static_cast<int>(std::find(row, row + std::min(count, KeptNeighbors), -1) - row);
+  const int found = CountIds(row, std::min(count, KeptNeighbors));
   neighbors.Ids.assign(row, row + found);
   neighbors.SquaredDistances.resize(found);
   const float* p = cloud.Position(i);
@@ -150,7 +149,7 @@ const int* SearchedCloud::FindIds(int i, int count, Neighbors& neighbors, int& f
   if (!this->Graph.Ids.empty() && count <= KeptNeighbors)
   {
     const int* row = this->Graph.Row(static_cast<size_t>(i));
-    found = static_cast<int>(std::find(row, row + count, -1) - row);
+    found = CountIds(row, count);
     return row;
   }
   this->Tree->FindNearest(i, count, neighbors);

@@ -9,6 +9,7 @@
 #include "Filters/Common/RawVector.h"
 #include "Filters/Common/StageProgress.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <memory>
 #include <vector>
@@ -21,6 +22,14 @@ class NeighborSearch;
 /// sign propagation.
 constexpr int KeptNeighbors = 20;
 constexpr int GraphDegree = 12;
+
+/// The number of ids in a row before the first -1. Most rows are full.
+/// @param most at least 1
+inline int CountIds(const int* row, int most)
+{
+  const int last = row[most - 1];
+  return last >= 0 ? most : static_cast<int>(std::find(row, row + most, -1) - row);
+}
 
 /// The stored neighbours of all points, nearest first.
 struct NeighborGraph

@@ -9,7 +9,6 @@
 #include "Filters/Common/VectorMath.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -28,14 +27,14 @@ public:
   /// @param reach radius of the circle that the polygon encloses
   void Reset(double reach)
   {
-    static const std::array<Point2, ReachCorners> corners = UnitCorners();
+    static const Corners corners = UnitCorners();
+    const auto scale = static_cast<float>(reach);
     this->Count = ReachCorners;
-    for (int k = 0; k < ReachCorners; ++k)
+    for (int k = 0; k < 2 * Block; ++k) // padding included
     {
-      this->Set(
-        k, { static_cast<float>(reach) * corners[k].X, static_cast<float>(reach) * corners[k].Y });
+      this->Now->X[k] = scale * corners.X[k];
+      this->Now->Y[k] = scale * corners.Y[k];
     }
-    this->Pad();
   }
 
   /// Keeps the part with n.x <= d. A polygon of MostCorners stays as it is.
@@ -140,15 +139,15 @@ private:
     alignas(32) float Y[Capacity];
   };
 
-  static std::array<Point2, ReachCorners> UnitCorners()
+  static Corners UnitCorners()
   {
-    std::array<Point2, ReachCorners> corners;
+    Corners corners = {};
     const double outer = 1.0 / std::cos(Pi / ReachCorners);
     for (int k = 0; k < ReachCorners; ++k)
     {
       const double angle = 2.0 * Pi * k / ReachCorners;
-      corners[k] = { static_cast<float>(outer * std::cos(angle)),
-        static_cast<float>(outer * std::sin(angle)) };
+      corners.X[k] = static_cast<float>(outer * std::cos(angle));
+      corners.Y[k] = static_cast<float>(outer * std::sin(angle));
     }
     return corners;
   }

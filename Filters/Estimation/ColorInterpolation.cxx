@@ -60,8 +60,15 @@ public:
   {
   }
 
+  /// What one thread loads of one point after another.
+  struct Around
+  {
+    NearSheet Sheet;
+    SheetColors Colors;
+  };
+
   /// @param steering becomes the point's
-  ColorFit Fit(int i, Float3& steering) const
+  ColorFit Fit(int i, Around& around, Float3& steering) const
   {
     ColorFit fit;
     steering = Float3();
@@ -70,9 +77,8 @@ public:
       return fit;
     }
     const int* ids = this->Oriented.Graph.Row(static_cast<size_t>(i));
-    const auto count = static_cast<int>(std::find(ids, ids + KeptNeighbors, -1) - ids);
-    NearSheet sheet;
-    SheetColors colors;
+    const int count = CountIds(ids, KeptNeighbors);
+    auto& [sheet, colors] = around;
     sheet.Load(this->Oriented, this->Fits, i, ids, count);
     colors.Load(this->Colors, sheet, i, ids, count);
     steering = SteeringFrom(SumColors(sheet, colors), this->Fits[i].Flatness, sheet.U, sheet.V);
@@ -127,9 +133,11 @@ bool InterpolateColors(const OrientedCloud& oriented, const PlaneFits& fits, dou
   steering.resize(static_cast<size_t>(count));
   const bool finished = ParallelFor(count, progress.Part(0.0, 0.7),
                           [&](vtkIdType i, vtkIdType end) {
+                            Interpolator::Around around;
                             for (; i < end; ++i)
                             {
-                              colorFits[i] = interpolator.Fit(static_cast<int>(i), steering[i]);
+                              colorFits[i] =
+                                interpolator.Fit(static_cast<int>(i), around, steering[i]);
                             }
                           }) &&
     ParallelFor(count, progress.Part(0.7, 1.0), [&](vtkIdType i, vtkIdType end) {

@@ -9,20 +9,9 @@ namespace SurfelGeometry
 {
 namespace
 {
-/// What is loaded of each neighbour. Differences are exact in float where neighbours are near each
-/// other. Lanes without one have no normal and are of no sheet.
-struct RawSheet
-{
-  alignas(32) float DX[NearSheet::Capacity] = {}, DY[NearSheet::Capacity] = {},
-                    DZ[NearSheet::Capacity] = {};
-  alignas(32) float NX[NearSheet::Capacity] = {}, NY[NearSheet::Capacity] = {},
-                    NZ[NearSheet::Capacity] = {};
-  alignas(32) int EitherTwoSided[NearSheet::Capacity] = {};
-};
-
 /// Maps the neighbours to the tangent plane, if they are of one sheet (AreOfOneSheet) or across a
 /// fold within a distance.
-SURFEL_MULTIVERSION void Flatten(const RawSheet& raw, const Float3& normal, const Float3& u,
+SURFEL_MULTIVERSION void Flatten(const NearSheet::Raw& raw, const Float3& normal, const Float3& u,
   const Float3& v, float foldReach, NearSheet& sheet)
 {
   constexpr auto leastCosine = static_cast<float>(SheetCosine);
@@ -64,7 +53,7 @@ void NearSheet::Load(const OrientedCloud& oriented, const PlaneFits& fits, int i
 {
   const float* p = oriented.Cloud.Position(i);
   const float inverse = 1.0f / fits[i].Spacing;
-  RawSheet raw;
+  Raw& raw = this->Neighbors;
   for (int k = 0; k < count; ++k)
   {
     const int j = ids[k];
@@ -78,6 +67,12 @@ void NearSheet::Load(const OrientedCloud& oriented, const PlaneFits& fits, int i
     raw.NZ[k] = normal.Z;
     raw.EitherTwoSided[k] = oriented.TwoSided[i] | oriented.TwoSided[j];
   }
+  for (int k = count; k < this->Loaded; ++k)
+  {
+    raw.DX[k] = raw.DY[k] = raw.DZ[k] = raw.NX[k] = raw.NY[k] = raw.NZ[k] = 0.0f;
+    raw.EitherTwoSided[k] = 0;
+  }
+  this->Loaded = count;
   TangentFrame(fits[i].Normal, this->U, this->V);
   Flatten(raw, fits[i].Normal, this->U, this->V, foldReach, *this);
 }

@@ -31,6 +31,19 @@ struct NearSheet
   /// folds
   void Load(const OrientedCloud& oriented, const PlaneFits& fits, int i, const int* ids, int count,
     float foldReach = 0.0f);
+
+  /// What is loaded of each neighbour. Differences are exact in float where neighbours are near
+  /// each other. Lanes without one have no normal and are of no sheet.
+  struct Raw
+  {
+    alignas(32) float DX[Capacity] = {}, DY[Capacity] = {}, DZ[Capacity] = {};
+    alignas(32) float NX[Capacity] = {}, NY[Capacity] = {}, NZ[Capacity] = {};
+    alignas(32) int EitherTwoSided[Capacity] = {};
+  };
+
+private:
+  Raw Neighbors;  // to clear all lanes for each point would take a third of the time to load them
+  int Loaded = 0; // lanes
 };
 
 /// Sum over all lanes of an array.

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace SurfelGeometry
 {
@@ -220,7 +221,14 @@ public:
     , Factor(factor)
   {
     const auto count = static_cast<vtkIdType>(fits.size());
-    this->MedianReach = ParallelMedian(count, [&](vtkIdType i) { return fits[i].Reach; });
+    this->Reaches.resize(fits.size());
+    vtkSMPTools::For(0, count, [&](vtkIdType i, vtkIdType end) {
+      for (; i < end; ++i)
+      {
+        this->Reaches[i] = fits[i].Reach;
+      }
+    });
+    this->MedianReach = ParallelMedian(count, [this](vtkIdType i) { return this->Reaches[i]; });
     this->MedianSpacing = ParallelMedian(count, [&](vtkIdType i) { return fits[i].Spacing; });
   }
 
@@ -261,20 +269,39 @@ private:
     }
   }
 
+  void CollectReaches(int i, std::vector<float>& reaches) const
+  {
+    this->Collect(i, reaches, [this](int j) { return this->Reaches[j]; });
+  }
+
+  /// Of the nearest neighbours; infinite without any.
+  float LeastReachAround(int i) const
+  {
+    float least = std::numeric_limits<float>::infinity();
+    const int* ids = this->Graph.Row(i);
+    for (int k = 0; k < ReachRank && ids[k] >= 0; ++k)
+    {
+      least = std::min(least, this->Reaches[ids[k]]);
+    }
+    return least;
+  }
+
   bool IsFar(int i, std::vector<float>& reaches) const
   {
-    const float reach = this->Fits[i].Reach;
-    this->Collect(i, reaches, [this](int j) { return this->Fits[j].Reach; });
+    const float reach = this->Reaches[i];
     // Most reaches are below that of the smallest, and the median is not needed.
-    return !reaches.empty() &&
-      reach > this->Factor * *std::min_element(reaches.begin(), reaches.end()) &&
-      reach > this->Factor * Median(reaches);
+    if (!(reach > this->Factor * this->LeastReachAround(i)))
+    {
+      return false;
+    }
+    this->CollectReaches(i, reaches);
+    return reach > this->Factor * Median(reaches);
   }
 
   bool IsAlone(int i, std::vector<float>& reaches) const
   {
     const int* ids = this->Graph.Row(i);
-    const float reach = this->Fits[i].Reach;
+    const float reach = this->Reaches[i];
     if (!this->Graph.AreNearest || ids[0] < 0)
     {
       return false;
@@ -284,7 +311,7 @@ private:
     {
       return false;
     }
-    this->Collect(i, reaches, [this](int j) { return this->Fits[j].Reach; });
+    this->CollectReaches(i, reaches);
     return nearest > AlonePerFactor * this->Factor * Median(reaches) && this->IsOffPlanes(i);
   }
 
@@ -313,6 +340,7 @@ private:
   const NeighborGraph& Graph;
   const PlaneFits& Fits;
   double Factor;
+  RawVector<float> Reaches; // [n] of the fits, which are 13 times as large
   float MedianReach = 0.0f;
   float MedianSpacing = 0.0f;
 };

@@ -51,7 +51,7 @@ public:
       return 0.0f;
     }
     const int* ids = this->Oriented.Graph.Row(static_cast<std::size_t>(i));
-    const int count = static_cast<int>(std::find(ids, ids + KeptNeighbors, -1) - ids);
+    const int count = CountIds(ids, KeptNeighbors);
     this->Near.Load(this->Oriented, this->Fits, i, ids, count);
     for (int k = 0; k < count && raised; ++k)
     {

@@ -360,7 +360,7 @@ private:
       this->Found.Ids.resize(CellNeighbors, -1);
       ids = this->Found.Ids.data();
     }
-    const int count = static_cast<int>(std::find(ids, ids + CellNeighbors, -1) - ids);
+    const int count = CountIds(ids, CellNeighbors);
     this->LoadNear(i, ids, count);
     this->Cell.Reset(CellReach);
     float radius = std::numeric_limits<float>::infinity(); // squared; of the cell so far

@@ -30,20 +30,20 @@ struct SheetKernels
 
   int Count;
   std::uint16_t Numbers[Capacity]; // in the table
-  alignas(64) float X[Capacity];
-  alignas(64) float Y[Capacity];
-  alignas(64) float Z[Capacity];
-  alignas(64) float B1X[Capacity];
-  alignas(64) float B1Y[Capacity];
-  alignas(64) float B1Z[Capacity];
-  alignas(64) float B2X[Capacity];
-  alignas(64) float B2Y[Capacity];
-  alignas(64) float B2Z[Capacity];
-  alignas(64) float NX[Capacity];
-  alignas(64) float NY[Capacity];
-  alignas(64) float NZ[Capacity];
-  alignas(64) float LeastClimb[Capacity]; // from the kernel's plane: from here on
-  alignas(64) float Climb[Capacity];      // up to here
+  alignas(64) float X[Capacity] = {};
+  alignas(64) float Y[Capacity] = {};
+  alignas(64) float Z[Capacity] = {};
+  alignas(64) float B1X[Capacity] = {};
+  alignas(64) float B1Y[Capacity] = {};
+  alignas(64) float B1Z[Capacity] = {};
+  alignas(64) float B2X[Capacity] = {};
+  alignas(64) float B2Y[Capacity] = {};
+  alignas(64) float B2Z[Capacity] = {};
+  alignas(64) float NX[Capacity] = {};
+  alignas(64) float NY[Capacity] = {};
+  alignas(64) float NZ[Capacity] = {};
+  alignas(64) float LeastClimb[Capacity] = {}; // from the kernel's plane: from here on
+  alignas(64) float Climb[Capacity] = {};      // up to here
 
   /// @param at in units of `spacing`, which is in world units
   void Add(std::uint16_t number, const Float3& at, const WeightedKernel& kernel, float spacing,
@@ -72,10 +72,7 @@ struct SheetKernels
   {
     for (int k = this->Count; k % Lanes != 0; ++k)
     {
-      this->X[k] = this->Y[k] = this->Z[k] = 0.0f;
-      this->B1X[k] = this->B1Y[k] = this->B1Z[k] = 0.0f;
-      this->B2X[k] = this->B2Y[k] = this->B2Z[k] = 0.0f;
-      this->NX[k] = this->NY[k] = this->NZ[k] = this->LeastClimb[k] = this->Climb[k] = 0.0f;
+      this->Climb[k] = 0.0f; // the rest is of other kernels, and all are finite
     }
   }
 };
