@@ -45,9 +45,10 @@ struct SheetKernels
   alignas(64) float LeastClimb[Capacity] = {}; // from the kernel's plane: from here on
   alignas(64) float Climb[Capacity] = {};      // up to here
 
-  /// @param at in units of `spacing`, which is in world units
+  /// @param at    in units of `spacing`, which is in world units
+  /// @param sigma the kernel's, in the same units
   void Add(std::uint16_t number, const Float3& at, const WeightedKernel& kernel, float spacing,
-    const ClimbRange& climb)
+    float sigma, const ClimbRange& climb)
   {
     const int k = this->Count++;
     this->Numbers[k] = number;
@@ -63,8 +64,8 @@ struct SheetKernels
     this->NX[k] = kernel.Normal.X;
     this->NY[k] = kernel.Normal.Y;
     this->NZ[k] = kernel.Normal.Z;
-    this->LeastClimb[k] = climb.First * kernel.Sigma / spacing;
-    this->Climb[k] = climb.Last * kernel.Sigma / spacing;
+    this->LeastClimb[k] = climb.First * sigma;
+    this->Climb[k] = climb.Last * sigma;
   }
 
   /// Pads to full vectors; call after the last Add.

@@ -36,9 +36,10 @@ constexpr float Everything = 1e30f;
 constexpr double GoldenAngle = 2.39996322972865332;
 
 /// Whether two surfels can be on the same sheet of surface.
-bool AreCompatible(const WeightedKernel& a, const WeightedKernel& b)
+/// @param cosine of their normals
+bool AreCompatible(const WeightedKernel& a, const WeightedKernel& b, float cosine)
 {
-  return a.TwoSided == b.TwoSided && (a.TwoSided || SingleDot(a.Normal, b.Normal) > SharpestFold);
+  return a.TwoSided == b.TwoSided && (a.TwoSided || cosine > SharpestFold);
 }
 
 /// A kernel as it covers what lies behind or in front of it along a direction: it is evaluated
@@ -59,17 +60,14 @@ WeightedKernel SeenAlong(const Float3& direction, const WeightedKernel& kernel)
   return seen;
 }
 
-/// A neighbour's kernel at the owner's samples. Across a fold it is evaluated along the mean of
+/// A neighbour's kernel at the owner's samples, across a fold. It is evaluated along the mean of
 /// both normals, which unrolls the surface: a place beyond the fold is that on the other side of
 /// it.
 /// @param at the neighbour, seen from the owner
-WeightedKernel Unrolled(const WeightedKernel& owner, const WeightedKernel& kernel, const Float3& at)
+/// @param cosine of the normals
+WeightedKernel Unrolled(
+  const WeightedKernel& owner, const WeightedKernel& kernel, const Float3& at, float cosine)
 {
-  const float cosine = SingleDot(owner.Normal, kernel.Normal);
-  if (std::abs(cosine) > FlattestFold)
-  {
-    return kernel;
-  }
   const float sign = owner.TwoSided
     ? AgreeingSign(cosine, SingleDot(at, owner.Normal), SingleDot(at, kernel.Normal))
     : 1.0f;
@@ -351,11 +349,13 @@ private:
     this->Near.Count = this->Kernels.Count = this->Others.Count = 0;
     this->Around.Clear();
     this->Near.Add(static_cast<std::uint16_t>(own), Float3(), 0.0f);
-    this->Kernels.Add(static_cast<std::uint16_t>(own), Float3(), kernel, spacing, this->OwnSheet());
+    this->Kernels.Add(static_cast<std::uint16_t>(own), Float3(), kernel, spacing,
+      kernel.Sigma / spacing, this->OwnSheet());
     for (std::size_t k = this->RowEnds[number]; k < this->RowEnds[number + 1]; ++k)
     {
       const auto& [other, q, reach] = this->Table[this->Row[k]];
-      if (!other.Usable || !AreCompatible(kernel, other))
+      const float cosine = SingleDot(kernel.Normal, other.Normal);
+      if (!other.Usable || !AreCompatible(kernel, other, cosine))
       {
         continue;
       }
@@ -365,7 +365,7 @@ private:
       at.Z = inverse * (q.Z - p.Z);
       const float squared = SingleDot(at, at);
       this->Near.Add(this->Row[k], at, squared);
-      this->AddKernels(kernel, { this->Row[k], at, squared, inverse * reach });
+      this->AddKernels(kernel, { this->Row[k], at, squared, inverse * reach, cosine });
       if (this->Around.MayHaveGap())
       {
         const float x = SingleDot(at, u), y = SingleDot(at, v);
@@ -425,6 +425,7 @@ private:
     Float3 At;
     float Squared; // distance
     float Reach;   // of its kernel on its own sheet
+    float Cosine;  // of its normal and the owner's
   };
 
   /// Adds what of a neighbour's kernel may reach the owner's samples, as of the owner's sheet and
@@ -435,13 +436,22 @@ private:
     const auto spacing = static_cast<float>(this->Spacing);
     const auto radius = static_cast<float>(this->Settings.SampleRadius);
     const float reach = radius + neighbor.Reach;
+    const float cosine = neighbor.Cosine, sigma = other.Sigma / spacing;
     if (neighbor.Squared < reach * reach)
     {
-      this->Kernels.Add(neighbor.Number, neighbor.At, Unrolled(owner, other, neighbor.At), spacing,
-        this->OwnSheet());
+      const auto add = [&](const WeightedKernel& kernel) {
+        this->Kernels.Add(neighbor.Number, neighbor.At, kernel, spacing, sigma, this->OwnSheet());
+      };
+      if (std::abs(cosine) > FlattestFold)
+      {
+        add(other);
+      }
+      else
+      {
+        add(Unrolled(owner, other, neighbor.At, cosine));
+      }
     }
     // On smooth surfaces no sample is so far off the planes of kernels.
-    const float cosine = SingleDot(owner.Normal, other.Normal), sigma = other.Sigma / spacing;
     const float offset = this->OwnSheet().Last;
     const float flat = offset * sigma - std::abs(SingleDot(neighbor.At, other.Normal));
     if (flat > 0.0f && radius * radius * (1.0f - cosine * cosine) < flat * flat)
@@ -449,8 +459,8 @@ private:
       return;
     }
     const float farthest = static_cast<float>(this->Settings.OtherSheets) * offset;
-    this->Others.Add(
-      neighbor.Number, neighbor.At, SeenAlong(owner.Normal, other), spacing, { offset, farthest });
+    this->Others.Add(neighbor.Number, neighbor.At, SeenAlong(owner.Normal, other), spacing, sigma,
+      { offset, farthest });
   }
 
   /// Share of the cover at a sample that is of other sheets. Its own sheet covers it once.
