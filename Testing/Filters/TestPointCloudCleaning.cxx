@@ -431,6 +431,44 @@ TEST_CASE("Boughs")
   CHECK(cleaning->GetNumberOfThickPoints() > 0.5 * needles);
 }
 
+/// A noisy wall, and before it boards with the same noise and one colour. The noise of the wall
+/// tells that these are no sheets with more noise: their faces stay apart.
+TEST_CASE("Boards before a noisy wall")
+{
+  Random random(8);
+  const auto gauss = [&random] {
+    const double length = std::sqrt(-2.0 * std::log(1.0 - random()));
+    return length * std::cos(2.0 * Pi * random());
+  };
+  constexpr double noise = 0.15, half = 1.0; // spacings
+  constexpr int wall = 30000, boards = 20, boardPoints = 320;
+  std::vector<Vec> points;
+  for (int i = 0; i < wall; ++i)
+  {
+    points.push_back({ 173.0 * random(), 173.0 * random(), noise * gauss() });
+  }
+  for (int i = 0; i < boards * boardPoints; ++i)
+  {
+    const double off = half + noise * gauss(), at = 8.0 * (i / boardPoints);
+    points.push_back({ at + (i % 2 == 0 ? off : -off), 20.0 * random(), 20.0 + 8.0 * random() });
+  }
+  vtkNew<vtkPointCloudCleaning> cleaning;
+  const Messages said(cleaning);
+  cleaning->RemoveStrayPointsOff();
+  cleaning->SetInputData(ToPolyData(points));
+  cleaning->Update();
+  std::vector<double> heights, faces;
+  for (int i = 0; i < wall + boards * boardPoints; ++i)
+  {
+    double p[3];
+    cleaning->GetOutput()->GetPoint(i, p);
+    (i < wall ? heights : faces)
+      .push_back(i < wall ? p[2] : std::abs(p[0] - 8.0 * ((i - wall) / boardPoints)));
+  }
+  CHECK(Spread(heights).Deviation < 0.5 * noise);
+  CHECK(Spread(faces).Mean > 0.95 * half);
+}
+
 TEST_CASE("Two sheets")
 {
   // Two scans with the same pattern become one; a leaf with two colours stays.
