@@ -45,33 +45,40 @@ struct SheetKernels
   alignas(64) float LeastClimb[Capacity] = {}; // from the kernel's plane: from here on
   alignas(64) float Climb[Capacity] = {};      // up to here
 
-  /// @param at    in units of `spacing`, which is in world units
-  /// @param sigma the kernel's, in the same units
+  int Padded() const { return (this->Count + Lanes - 1) / Lanes * Lanes; }
+
+  /// @param at in units of `spacing`, which is in world units
   void Add(std::uint16_t number, const Float3& at, const WeightedKernel& kernel, float spacing,
-    float sigma, const ClimbRange& climb)
+    const ClimbRange& climb)
   {
     const int k = this->Count++;
     this->Numbers[k] = number;
     this->X[k] = at.X;
     this->Y[k] = at.Y;
     this->Z[k] = at.Z;
+    this->SetRows(k, kernel, spacing);
+    this->NX[k] = kernel.Normal.X;
+    this->NY[k] = kernel.Normal.Y;
+    this->NZ[k] = kernel.Normal.Z;
+    this->LeastClimb[k] = climb.First * kernel.Sigma / spacing;
+    this->Climb[k] = climb.Last * kernel.Sigma / spacing;
+  }
+
+  /// Sets what of a kernel lies in its plane.
+  void SetRows(int k, const WeightedKernel& kernel, float spacing)
+  {
     this->B1X[k] = spacing * kernel.B1.X;
     this->B1Y[k] = spacing * kernel.B1.Y;
     this->B1Z[k] = spacing * kernel.B1.Z;
     this->B2X[k] = spacing * kernel.B2.X;
     this->B2Y[k] = spacing * kernel.B2.Y;
     this->B2Z[k] = spacing * kernel.B2.Z;
-    this->NX[k] = kernel.Normal.X;
-    this->NY[k] = kernel.Normal.Y;
-    this->NZ[k] = kernel.Normal.Z;
-    this->LeastClimb[k] = climb.First * sigma;
-    this->Climb[k] = climb.Last * sigma;
   }
 
   /// Pads to full vectors; call after the last Add.
   void Pad()
   {
-    for (int k = this->Count; k % Lanes != 0; ++k)
+    for (int k = this->Count; k < this->Padded(); ++k)
     {
       this->Climb[k] = 0.0f; // the rest is of other kernels, and all are finite
     }

@@ -8,7 +8,7 @@
 #include "Filters/Common/Multiversion.h"
 #include "Filters/Common/NeighborGraph.h"
 #include "Filters/Common/NeighborSearch.h"
-#include "Filters/Common/SurfaceFold.h"
+#include "Filters/Normalization/OwnerSheet.h"
 
 #include "vtkSMPThreadLocal.h"
 
@@ -34,73 +34,6 @@ constexpr float StepOfAreas = 8.0f;
 constexpr float Everything = 1e30f;
 
 constexpr double GoldenAngle = 2.39996322972865332;
-
-/// Whether two surfels can be on the same sheet of surface.
-/// @param cosine of their normals
-bool AreCompatible(const WeightedKernel& a, const WeightedKernel& b, float cosine)
-{
-  return a.TwoSided == b.TwoSided && (a.TwoSided || cosine > SharpestFold);
-}
-
-/// A kernel as it covers what lies behind or in front of it along a direction: it is evaluated
-/// where the line through a sample meets its plane. At a crease the kernels of the other side do
-/// not count then. One that is seen edge-on covers nothing.
-WeightedKernel SeenAlong(const Float3& direction, const WeightedKernel& kernel)
-{
-  const Float3& n = kernel.Normal;
-  const float inverse = 1.0f / SingleDot(direction, n);
-  WeightedKernel seen = kernel;
-  for (Float3* row : { &seen.B1, &seen.B2 })
-  {
-    const float along = SingleDot(direction, *row) * inverse;
-    row->X -= along * n.X;
-    row->Y -= along * n.Y;
-    row->Z -= along * n.Z;
-  }
-  return seen;
-}
-
-/// A neighbour's kernel at the owner's samples, across a fold. It is evaluated along the mean of
-/// both normals, which unrolls the surface: a place beyond the fold is that on the other side of
-/// it.
-/// @param at the neighbour, seen from the owner
-/// @param cosine of the normals
-WeightedKernel Unrolled(
-  const WeightedKernel& owner, const WeightedKernel& kernel, const Float3& at, float cosine)
-{
-  const float sign = owner.TwoSided
-    ? AgreeingSign(cosine, SingleDot(at, owner.Normal), SingleDot(at, kernel.Normal))
-    : 1.0f;
-  Float3 mean;
-  mean.X = owner.Normal.X + sign * kernel.Normal.X;
-  mean.Y = owner.Normal.Y + sign * kernel.Normal.Y;
-  mean.Z = owner.Normal.Z + sign * kernel.Normal.Z;
-  return SeenAlong(mean, kernel);
-}
-
-/// Places of the owner and its neighbours on the same sheet, relative to the owner, in units of its
-/// spacing.
-struct Sheet
-{
-  static constexpr int Capacity = Directions::Capacity;
-
-  int Count;
-  std::uint16_t Numbers[Capacity]; // in the table
-  float X[Capacity];
-  float Y[Capacity];
-  float Z[Capacity];
-  float Squared[Capacity];
-
-  void Add(std::uint16_t number, const Float3& at, float squared)
-  {
-    const int k = this->Count++;
-    this->Numbers[k] = number;
-    this->X[k] = at.X;
-    this->Y[k] = at.Y;
-    this->Z[k] = at.Z;
-    this->Squared[k] = squared;
-  }
-};
 
 /// Positions of some samples, in units of the owner's spacing.
 struct SamplePositions
@@ -164,20 +97,23 @@ SURFEL_MULTIVERSION void PlaceSamples(const Spiral& spiral, int first, SamplePos
 }
 
 /// @param squaredReach largest squared distance of a position from the owner
-SURFEL_MULTIVERSION void FindNearer(const Sheet& s, float squaredReach, SamplePositions& positions)
+SURFEL_MULTIVERSION void FindNearer(
+  const OwnerSheet& s, float squaredReach, SamplePositions& positions)
 {
   for (int lane = 0; lane < SamplePositions::Capacity; ++lane)
   {
     positions.Nearer[lane] = 0;
   }
   // A surfel twice as far from the owner as a sample cannot be nearer to the sample.
-  for (int k = 1; k < s.Count; ++k)
+  for (int k = 1; k < s.Count(); ++k)
   {
     if (s.Squared[k] >= 4.0f * squaredReach)
     {
       continue;
     }
-    const float x = 2.0f * s.X[k], y = 2.0f * s.Y[k], z = 2.0f * s.Z[k], squared = s.Squared[k];
+    const SheetKernels& at = s.Kernels;
+    const float x = 2.0f * at.X[k], y = 2.0f * at.Y[k], z = 2.0f * at.Z[k];
+    const float squared = s.Squared[k];
     for (int lane = 0; lane < SamplePositions::Capacity; ++lane)
     {
       // |at - x|^2 < |at|^2
@@ -254,7 +190,7 @@ private:
     Vector3 u, v;
     TangentFrame(kernel.Normal, u, v);
     this->Spacing = std::sqrt(kernel.Area);
-    const bool border = this->Gather(own, u, v);
+    const bool border = this->Gather(own);
     // Seeded by the input's id, so that the samples do not depend on where the cloud lies.
     const auto seed = static_cast<std::uint64_t>(this->Problem.Cloud.SampleId(owner));
     const auto turn = static_cast<float>(2.0 * Pi * Hash(2 * seed));
@@ -339,64 +275,56 @@ private:
 
   /// Finds the owner's sheet. Returns whether the owner may lie on a border: with 24 random
   /// neighbours, one point in 2000 inside a surface has such a gap.
-  bool Gather(int own, const Float3& u, const Float3& v)
+  bool Gather(int own)
   {
     const auto number = static_cast<std::size_t>(own);
-    const WeightedKernel& kernel = this->Table[number].Kernel;
-    const Float3& p = this->Table[number].Position;
-    const auto spacing = static_cast<float>(this->Spacing);
-    const float inverse = 1.0f / spacing;
-    this->Near.Count = this->Kernels.Count = this->Others.Count = 0;
+    const std::size_t first = this->RowEnds[number], last = this->RowEnds[number + 1];
+    OwnerSheet& near = this->Near;
+    near.Load(this->Table, static_cast<std::uint16_t>(own), this->Row.data() + first,
+      static_cast<int>(last - first), this->Settings);
     this->Around.Clear();
-    this->Near.Add(static_cast<std::uint16_t>(own), Float3(), 0.0f);
-    this->Kernels.Add(static_cast<std::uint16_t>(own), Float3(), kernel, spacing,
-      kernel.Sigma / spacing, this->OwnSheet());
-    for (std::size_t k = this->RowEnds[number]; k < this->RowEnds[number + 1]; ++k)
+    for (int k = 1; k < near.Count() && this->Around.MayHaveGap(); ++k)
     {
-      const auto& [other, q, reach] = this->Table[this->Row[k]];
-      const float cosine = SingleDot(kernel.Normal, other.Normal);
-      if (!other.Usable || !AreCompatible(kernel, other, cosine))
+      const float x = near.AlongU[k], y = near.AlongV[k], climb = near.Climbs[k];
+      if (near.Has(k) && x * x + y * y > climb * climb)
       {
-        continue;
-      }
-      Float3 at;
-      at.X = inverse * (q.X - p.X);
-      at.Y = inverse * (q.Y - p.Y);
-      at.Z = inverse * (q.Z - p.Z);
-      const float squared = SingleDot(at, at);
-      this->Near.Add(this->Row[k], at, squared);
-      this->AddKernels(kernel, { this->Row[k], at, squared, inverse * reach, cosine });
-      if (this->Around.MayHaveGap())
-      {
-        const float x = SingleDot(at, u), y = SingleDot(at, v);
-        const float climb = SingleDot(at, kernel.Normal);
-        if (x * x + y * y > climb * climb)
-        {
-          this->Around.Add(x, y);
-        }
+        this->Around.Add(x, y);
       }
     }
-    this->Kernels.Pad();
-    this->Others.Pad();
     this->Known = Everything;
     const bool gap = this->Around.HaveGap();
-    if (gap && kernel.Area > StepOfAreas * this->MedianArea())
+    if (gap && this->Table[number].Kernel.Area > StepOfAreas * this->MedianArea())
     {
       // Within half of their reach, the nearest surfels tell whose a place is.
-      this->Known =
-        0.25f * *std::max_element(this->Near.Squared, this->Near.Squared + this->Near.Count);
+      this->Known = 0.25f * this->SquaredReach();
       return false;
     }
     return gap;
   }
 
+  /// Of the surfels of the owner's sheet.
+  float SquaredReach() const
+  {
+    float reach = 0.0f;
+    for (int k = 0; k < this->Near.Count(); ++k)
+    {
+      reach = this->Near.Has(k) ? std::max(reach, this->Near.Squared[k]) : reach;
+    }
+    return reach;
+  }
+
+  float AreaOf(int k) const { return this->Table[this->Near.Kernels.Numbers[k]].Kernel.Area; }
+
   /// Of the owner's sheet.
   float MedianArea()
   {
     this->Areas.clear();
-    for (int k = 0; k < this->Near.Count; ++k)
+    for (int k = 0; k < this->Near.Count(); ++k)
     {
-      this->Areas.push_back(this->Table[this->Near.Numbers[k]].Kernel.Area);
+      if (this->Near.Has(k))
+      {
+        this->Areas.push_back(this->AreaOf(k));
+      }
     }
     return Median(this->Areas);
   }
@@ -404,77 +332,32 @@ private:
   /// Share of the plane around a position that the areas of the sheet cover.
   double Coverage(const Float3& at) const
   {
-    const Sheet& s = this->Near;
+    const SheetKernels& s = this->Near.Kernels;
     constexpr double variance = EdgeSmoothing * EdgeSmoothing;
     double sum = 0.0;
     for (int k = 0; k < s.Count; ++k)
     {
-      const double x = at.X - s.X[k], y = at.Y - s.Y[k], z = at.Z - s.Z[k];
-      const float area = this->Table[s.Numbers[k]].Kernel.Area;
-      sum += area * std::exp(-0.5 * (x * x + y * y + z * z) / variance);
+      if (this->Near.Has(k))
+      {
+        const double x = at.X - s.X[k], y = at.Y - s.Y[k], z = at.Z - s.Z[k];
+        sum += this->AreaOf(k) * std::exp(-0.5 * (x * x + y * y + z * z) / variance);
+      }
     }
     return sum / (2.0 * Pi * variance * this->Spacing * this->Spacing);
-  }
-
-  ClimbRange OwnSheet() const { return { 0.0f, static_cast<float>(this->Settings.NormalOffset) }; }
-
-  /// In units of the owner's spacing.
-  struct Neighbor
-  {
-    std::uint16_t Number; // in the table
-    Float3 At;
-    float Squared; // distance
-    float Reach;   // of its kernel on its own sheet
-    float Cosine;  // of its normal and the owner's
-  };
-
-  /// Adds what of a neighbour's kernel may reach the owner's samples, as of the owner's sheet and
-  /// as of another one.
-  void AddKernels(const WeightedKernel& owner, const Neighbor& neighbor)
-  {
-    const WeightedKernel& other = this->Table[neighbor.Number].Kernel;
-    const auto spacing = static_cast<float>(this->Spacing);
-    const auto radius = static_cast<float>(this->Settings.SampleRadius);
-    const float reach = radius + neighbor.Reach;
-    const float cosine = neighbor.Cosine, sigma = other.Sigma / spacing;
-    if (neighbor.Squared < reach * reach)
-    {
-      const auto add = [&](const WeightedKernel& kernel) {
-        this->Kernels.Add(neighbor.Number, neighbor.At, kernel, spacing, sigma, this->OwnSheet());
-      };
-      if (std::abs(cosine) > FlattestFold)
-      {
-        add(other);
-      }
-      else
-      {
-        add(Unrolled(owner, other, neighbor.At, cosine));
-      }
-    }
-    // On smooth surfaces no sample is so far off the planes of kernels.
-    const float offset = this->OwnSheet().Last;
-    const float flat = offset * sigma - std::abs(SingleDot(neighbor.At, other.Normal));
-    if (flat > 0.0f && radius * radius * (1.0f - cosine * cosine) < flat * flat)
-    {
-      return;
-    }
-    const float farthest = static_cast<float>(this->Settings.OtherSheets) * offset;
-    this->Others.Add(neighbor.Number, neighbor.At, SeenAlong(owner.Normal, other), spacing, sigma,
-      { offset, farthest });
   }
 
   /// Share of the cover at a sample that is of other sheets. Its own sheet covers it once.
   double OverlapAt(const Float3& at)
   {
-    if (this->Others.Count == 0)
+    if (this->Near.Others.Count == 0)
     {
       return 0.0;
     }
-    FindKernels(this->Others, at, static_cast<float>(this->Settings.Support), this->Values);
+    FindKernels(this->Near.Others, at, static_cast<float>(this->Settings.Support), this->Values);
     double sum = 0.0;
-    for (int k = 0; k < this->Others.Count; ++k)
+    for (int k = 0; k < this->Near.Others.Count; ++k)
     {
-      const WeightedKernel& kernel = this->Table[this->Others.Numbers[k]].Kernel;
+      const WeightedKernel& kernel = this->Table[this->Near.Others.Numbers[k]].Kernel;
       sum += this->Values[k] * (static_cast<double>(kernel.Area) * kernel.Peak);
     }
     return 1.0 - 1.0 / (1.0 + sum / KernelPeak);
@@ -483,7 +366,7 @@ private:
   /// @return the number of kernels that reach the sample
   int AddEntries(const Float3& at, SampleBlock& block)
   {
-    const SheetKernels& near = this->Kernels;
+    const SheetKernels& near = this->Near.Kernels;
     FindKernels(near, at, static_cast<float>(this->Settings.Support), this->Values);
     const auto needed = this->Entries + static_cast<std::size_t>(near.Count);
     if (needed > block.Numbers.size())
@@ -513,11 +396,9 @@ private:
   std::vector<std::size_t> RowEnds; // [surfels + 1] in Row
   Spiral Places;
   double Spacing = 1.0; // the owner's
-  Sheet Near;
+  OwnerSheet Near;
   SamplePositions At{};
-  SheetKernels Kernels;
-  SheetKernels Others; // of other sheets
-  Mean Overlap;        // of the owner's samples
+  Mean Overlap; // of the owner's samples
   alignas(64) int Values[SheetKernels::Capacity];
   std::size_t Entries = 0; // of the block
   Neighbors Found;
