@@ -13,6 +13,12 @@ namespace SurfelSplatting
 {
 constexpr int TileSize = 32; ///< px
 
+/// Blurred Gaussians are drawn on larger cells (GaussianRun.h): so many intervals between their
+/// centres along a tile's side, from border to border. One more is a multiple of 4: cells fill
+/// whole blocks of the raster, and no lanes are idle.
+constexpr int RunIntervals[] = { 19, 11, 7, 3 };
+constexpr int MostRunIntervals = RunIntervals[0];
+
 /// Number of tiles that cover this many pixels in one direction.
 inline int TileCount(int pixels)
 {

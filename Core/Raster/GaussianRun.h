@@ -15,7 +15,7 @@
  * in the middle of a cell.
  *
  *   cell (i, j) of a tile is centred at (i d, j d) px: neighbouring tiles share cells at their
- * border
+ *   border. d is a tile's side over one of RunIntervals (Tiles.h)
  */
 #pragma once
 
@@ -28,16 +28,17 @@ namespace SurfelSplatting
 class GaussianRun
 {
 public:
-  bool IsOpen() const { return this->Cell > 0; }
-  int CellSize() const { return this->Cell; }
+  bool IsOpen() const { return this->Cell > 0.0f; }
+  float CellSize() const { return this->Cell; }
 
   /**
    * Begins a run in front of which a tile has no open layers.
-   * @param cell d, 2 to TileSize, a power of two, px
-   * @param width,height of the picture's part in the tile, 1 to TileSize, px
+   * @param cell d, TileSize over one of RunIntervals, px
+   * @param part the picture's part in the tile, px
    * @param doubts sum up what the picture's doubts are about
    */
-  void Begin(const PixelTile& tile, int cell, int width, int height, bool doubts);
+  void Begin(const RasterTarget& target, const PixelTile& tile, float cell, const PictureSize& part,
+    bool doubts);
 
   /// Adds a Gaussian. @param place in the tile, px
   std::uint64_t Add(const RasterTarget& target, const Splat& splat, const LensFootprint& lens,
@@ -46,23 +47,22 @@ public:
   /// Whether nothing behind it is seen.
   bool IsOpaque() const { return ~this->State.Opaque == 0; }
 
-  /// Largest part of what is in front of it that it lets through.
-  float LargestThrough() const;
+  /// Writes the largest part of what is in front of it that it lets through, for each block.
+  void LargestThrough(float (&behind)[BlocksPerTile]) const;
 
   /// Composites the run into the tile.
   void End(const RasterTarget& target, PixelTile& tile);
 
   /// Forgets the run.
-  void Drop() { this->Cell = 0; }
+  void Drop() { this->Cell = 0.0f; }
 
 private:
   /// Range of the cells whose centres are in a box of pixels, along an axis.
   int FirstCell(int pixel) const;
   int EndCell(int pixel, int size) const;
 
-  int Cell = 0;
-  int Width = 0, Height = 0;
-  bool Doubts = false;
+  float Cell = 0.0f;
+  RunGrid Grid{};
   PixelTile State; ///< its pixels are the cells
   RunStart Start;
 };

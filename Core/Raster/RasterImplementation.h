@@ -6,6 +6,7 @@
 #include "Core/Raster/BatchRaster.h"
 #include "Core/Raster/GaussianLayers.h"
 #include "Core/Raster/RasterTarget.h"
+#include "Core/Raster/RunLayers.h"
 
 namespace SurfelSplatting
 {
@@ -99,6 +100,25 @@ unsigned int HiddenFrom(
   const LayerCoverage<Lanes> layer = CoverageOf(tile, block, settings.LensRadius > 0.0f);
   const Lanes after = Leak(through, layer, Lanes(keep)).Through;
   return (Select(ended, after, through) <= MinTransmittance).ToBits();
+}
+
+/// RasterTarget::FindBright.
+BrightBlocks FindBright(const PixelTile& tile, const float* behind, const BrightLimits& limits)
+{
+  BrightBlocks bright{ 0, 0 };
+  for (int i = 0; i < BlocksPerTile; ++i)
+  {
+    const Lanes through = behind[i] * Lanes::Load(tile.Finished[i].Transmittance);
+    const Lanes squared = through * through, pairs = squared + Swap(squared, 1);
+    alignas(64) float sums[LaneCount];
+    (pairs + Swap(pairs, 2)).Store(sums); // of four lanes each
+    const float mean = ((sums[0] + sums[4]) + (sums[8] + sums[12])) * (1.0f / PixelsPerBlock);
+    const bool isLarge = Any(through >= limits.Largest);
+    const bool isBright = mean >= limits.RootMeanSquare * limits.RootMeanSquare;
+    bright.ByLargest |= static_cast<std::uint64_t>(isLarge ? 1 : 0) << i;
+    bright.ByMean |= static_cast<std::uint64_t>(isBright ? 1 : 0) << i;
+  }
+  return bright;
 }
 
 void CloseAll(PixelTile& tile, const RasterSettings& settings, const RasterCallbacks& callbacks)

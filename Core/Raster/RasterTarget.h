@@ -120,10 +120,18 @@ struct PixelTile
 };
 static_assert(BlocksPerTile == 64, "a bit of PixelTile::Opaque each");
 
-/// What was in front of a run (GaussianRun.h), in its cells.
+/// The cells of a run, and the picture's part in the tile.
+struct RunGrid
+{
+  int Intervals;
+  int Width, Height; ///< 1 to TileSize, px
+  bool Doubts;       ///< as in RasterSettings
+};
+
+/// What was in front of a run, in its cells.
 struct RunStart
 {
-  FinishedLayers Before[BlocksPerTile]; ///< Transmittance, ThroughX, ThroughY
+  FinishedLayers Before[BlocksPerTile];
 };
 
 /// What the layers of a block add to the picture.
@@ -198,6 +206,19 @@ struct TilePlace
   float X, Y;    ///< its centre, px from the tile's lower left corner
 };
 
+/// Transmittances from which on a block is bright (TileRaster::FindBright).
+struct BrightLimits
+{
+  float Largest;        ///< of its pixels
+  float RootMeanSquare; ///< of them
+};
+
+/// Sets of blocks, as in PixelTile::Opaque.
+struct BrightBlocks
+{
+  std::uint64_t ByLargest, ByMean;
+};
+
 /// Splats of surfels and tents that are added to a tile together.
 constexpr int BatchSize = 64;
 
@@ -222,14 +243,18 @@ struct RasterTarget
   /// @param lens its SpaceFootprint, or null: no lens
   std::uint64_t (*AddGaussian)(PixelTile& tile, const Splat& splat, const LensFootprint* lens,
     const TilePlace& place, const RasterSettings& settings, const RasterCallbacks& callbacks);
-  /// Composites a run of Gaussians behind the finished layers of a tile (GaussianRun.h).
-  /// @param cell d, px @param doubts as in RasterSettings
-  void (*AddRun)(
-    PixelTile& tile, const PixelTile& run, const RunStart& start, int cell, bool doubts);
+  /// Begins a run of Gaussians behind the finished layers of a tile (GaussianRun.h).
+  void (*BeginRun)(const PixelTile& tile, const RunGrid& grid, PixelTile& run, RunStart& start);
+  /// Composites it.
+  void (*AddRun)(PixelTile& tile, const PixelTile& run, const RunStart& start, const RunGrid& grid);
   /// Lanes of a block that nothing which begins behind a depth can change by more than
   /// MinTransmittance.
   unsigned int (*HiddenFrom)(
     const PixelTile& tile, int block, float near, const RasterSettings& settings);
+  /// Blocks whose finished layers let enough through.
+  /// @param behind of each block, a factor of T
+  BrightBlocks (*FindBright)(
+    const PixelTile& tile, const float* behind, const BrightLimits& limits);
   /// Composites all open layers of a tile, or hands them over (RasterPass::Collect).
   void (*CloseAll)(
     PixelTile& tile, const RasterSettings& settings, const RasterCallbacks& callbacks);

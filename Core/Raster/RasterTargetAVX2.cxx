@@ -2,5 +2,5 @@
 #include "Core/Raster/RasterImplementation.h"
 
 const SurfelSplatting::RasterTarget SurfelSplatting::RasterTargetAVX2 = { SurfelSplatting::AddBatch,
-  SurfelSplatting::AddGaussian, SurfelSplatting::AddRun, SurfelSplatting::HiddenFrom,
-  SurfelSplatting::CloseAll, "AVX2" };
+  SurfelSplatting::AddGaussian, SurfelSplatting::BeginRun, SurfelSplatting::AddRun,
+  SurfelSplatting::HiddenFrom, SurfelSplatting::FindBright, SurfelSplatting::CloseAll, "AVX2" };

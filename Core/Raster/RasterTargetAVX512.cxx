@@ -2,6 +2,7 @@
 #include "Core/Raster/RasterImplementation.h"
 
 const SurfelSplatting::RasterTarget SurfelSplatting::RasterTargetAVX512 = {
-  SurfelSplatting::AddBatch, SurfelSplatting::AddGaussian, SurfelSplatting::AddRun,
-  SurfelSplatting::HiddenFrom, SurfelSplatting::CloseAll, "AVX-512"
+  SurfelSplatting::AddBatch, SurfelSplatting::AddGaussian, SurfelSplatting::BeginRun,
+  SurfelSplatting::AddRun, SurfelSplatting::HiddenFrom, SurfelSplatting::FindBright,
+  SurfelSplatting::CloseAll, "AVX-512"
 };

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Core/Raster/TileRaster.h"
 
+#include "Core/Raster/BlockMasks.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -170,12 +172,11 @@ void TileRaster::TakeRuns(LazySplats& lazy, const std::uint32_t*& run, const std
   const int bottom = this->OriginY, top = bottom + TileSize;
   const SplatList& list = lazy.Splats();
   lazy.Announce(run, end);
-  const TileThrough through =
-    lazy.CoarserBelow() > 0.0f ? this->Through() : TileThrough{ 1.0f, 1.0f };
-  const bool dim = through.Largest < lazy.CoarserBelow();
-  const bool dimInBlur = through.LargestOfBlock < lazy.CoarserInBlurBelow();
+  const BrightBlocks bright = this->FindBright(lazy);
   const auto choose = [&](std::uint32_t r) {
-    return lazy.Choose(r, dim || (dimInBlur && lazy.IsBlurred(r)));
+    const std::uint64_t blocks = this->BlocksOfRun(lazy, r);
+    return lazy.Choose(
+      r, (blocks & bright.ByLargest) == 0 || (lazy.IsBlurred(r) && (blocks & bright.ByMean) == 0));
   };
   std::size_t size = before;
   while (run != end && size < wanted && !(size > 0 && lazy.Near(*run) > this->PendingFar))
@@ -309,24 +310,33 @@ bool TileRaster::BecomesOpaque(float near)
   return this->IsOpaque(near);
 }
 
-TileThrough TileRaster::Through() const
+/// Blocks that let so much through that all nodes behind them are drawn, as far as it is known:
+/// open layers let all through.
+BrightBlocks TileRaster::FindBright(const LazySplats& lazy) const
 {
-  TileThrough through;
-  float square = 0.0f;
-  for (const FinishedLayers& done : this->Tile.Finished)
+  constexpr std::uint64_t all = ~std::uint64_t{ 0 };
+  if (!(lazy.CoarserBelow() > 0.0f))
   {
-    float sum = 0.0f;
-    for (const float t : done.Transmittance)
-    {
-      through.Largest = std::max(through.Largest, t);
-      sum += t * t;
-    }
-    square = std::max(square, sum / PixelsPerBlock);
+    return { all, all };
   }
-  const float ofRun = this->Run.IsOpen() ? this->Run.LargestThrough() : 1.0f;
-  through.Largest *= ofRun;
-  through.LargestOfBlock = ofRun * std::sqrt(square);
-  return through;
+  float behind[BlocksPerTile];
+  if (this->Run.IsOpen())
+  {
+    this->Run.LargestThrough(behind);
+  }
+  else
+  {
+    std::fill_n(behind, BlocksPerTile, 1.0f);
+  }
+  return Target.FindBright(this->Tile, behind, { lazy.CoarserBelow(), lazy.CoarserInBlurBelow() });
+}
+
+/// Blocks that a run's splats may touch.
+std::uint64_t TileRaster::BlocksOfRun(const LazySplats& lazy, std::uint32_t run) const
+{
+  const PixelBox& box = lazy.Bounds(run);
+  return BlocksOf({ std::max(0, box.X0 - this->OriginX), std::max(0, box.Y0 - this->OriginY),
+    std::min(TileSize, box.X1 - this->OriginX), std::min(TileSize, box.Y1 - this->OriginY) });
 }
 
 /// The background that shines through the last layers may have any colour.
@@ -494,15 +504,17 @@ void TileRaster::AddGaussian(const SplatList& list, std::size_t i)
   this->Flush();
   const LensFootprint* lens = list.FootprintOf(i);
   const TilePlace place = this->PlaceInTile(list.Boxes[i], s.X, s.Y);
-  const int cell = static_cast<int>(s.DepthY);
+  const float cell = s.DepthY;
   if (this->Run.IsOpen() && (this->Run.CellSize() != cell || s.Near > this->NearestProp))
   {
     this->EndRun();
   }
-  if (!this->Run.IsOpen() && cell > 1 && this->MayBeginRun(s.Near))
+  if (!this->Run.IsOpen() && cell > 1.0f && this->MayBeginRun(s.Near))
   {
-    this->Run.Begin(this->Tile, cell, std::min(TileSize, this->Width - this->OriginX),
-      std::min(TileSize, this->Height - this->OriginY), this->Settings.Doubts);
+    this->Run.Begin(Target, this->Tile, cell,
+      { std::min(TileSize, this->Width - this->OriginX),
+        std::min(TileSize, this->Height - this->OriginY) },
+      this->Settings.Doubts);
   }
   this->Fragments += this->Run.IsOpen()
     ? this->Run.Add(Target, s, *lens, place, this->Settings)

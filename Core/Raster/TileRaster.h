@@ -29,13 +29,6 @@ public:
   virtual void Receive(int x, int y, const PixelTile& tile, int block, int lane) = 0;
 };
 
-/// Transmittances of a tile, as far as they are known: open layers let all through.
-struct TileThrough
-{
-  float Largest = 0.0f;        ///< of a pixel
-  float LargestOfBlock = 0.0f; ///< root mean square of a block's pixels
-};
-
 class TileRaster
 {
 public:
@@ -71,7 +64,8 @@ private:
   unsigned int BehindProps(int block, float near) const;
   bool IsOpaque(float near) const;
   bool BecomesOpaque(float near);
-  TileThrough Through() const;
+  BrightBlocks FindBright(const LazySplats& lazy) const;
+  std::uint64_t BlocksOfRun(const LazySplats& lazy, std::uint32_t run) const;
   float LargestDoubt() const;
   void Clear();
   void ClearPixels();

@@ -56,6 +56,8 @@ public:
   }
   /// Whether the lens blurs all of a run by a pixel or more.
   bool IsBlurred(std::uint32_t run) const { return this->Runs[run].Chosen.Blur >= 1.0f; }
+  /// Contains a run's splats, whatever they are made of.
+  const PixelBox& Bounds(std::uint32_t run) const { return this->Runs[run].Chosen.Box; }
   float Near(std::uint32_t run) const { return this->Runs[run].Chosen.Near; }
   float Far(std::uint32_t run) const { return this->Runs[run].Chosen.Far; }
 

@@ -220,8 +220,10 @@ SURFELSPLATTING_INLINE ScreenFootprints<Real> ProjectGaussians(const SetupJob& j
   return f;
 }
 
-/// Smallest deviation of a footprint in a run's cells.
-constexpr double RunCellsPerDeviation = 1.2;
+/// Smallest deviation of a footprint in a run's cells. Of tori and balls at 10 to 36 px of blur it
+/// loses 0.04 dB in the mean against cells of 2, 4, 8 and 16 px from 1.2 on; 1.2 loses 0.2 dB, 1.5
+/// gains nothing.
+constexpr double RunCellsPerDeviation = 1.4;
 
 /// Size of a run's cells (GaussianRun.h), px; 1: none. It depends on the depth alone.
 template <class Real>
@@ -233,8 +235,10 @@ SURFELSPLATTING_INLINE Real RunCell(const SetupJob& job, const LensBlur<Real>& b
   }
   const Real variance = blur.Smooth.SmallestEigenvalue();
   Real cell = Uniform<Real>(1.0);
-  for (int d = 2; d <= TileSize; d *= 2)
+  for (const int intervals : RunIntervals)
   {
+    // Exactly what the raster compares.
+    const double d = static_cast<double>(static_cast<float>(TileSize) / intervals);
     const double deviation = RunCellsPerDeviation * d;
     cell = variance >= deviation * deviation ? Uniform<Real>(d) : cell;
   }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * RasterTarget::AddGaussian and AddRun of every instruction set that this machine has, against the
- * same in double, a pixel at a time. Kernels are in Core/Lens/GaussianFootprint.h and
+ * What RasterTarget does with Gaussians in space, of every instruction set that this machine has,
+ * against the same in double, a pixel at a time. Kernels are in Core/Lens/GaussianFootprint.h and
  * ResamplingKernel.h.
  */
 #include "Core/Lens/GaussianFootprint.h"
@@ -360,8 +360,9 @@ void TestInFocus(const RasterTarget& target)
 void TestAddRun(const RasterTarget& target)
 {
   Random random(23);
-  for (const int cell : { 2, 4, 8, 16, 32 })
+  for (const int intervals : RunIntervals)
   {
+    const double cell = static_cast<double>(TileSize) / intervals;
     const auto tile = EmptyTile(), run = EmptyTile();
     auto start = std::make_unique<RunStart>();
     for (int b = 0; b < BlocksPerTile; ++b)
@@ -389,7 +390,7 @@ void TestAddRun(const RasterTarget& target)
       }
     }
     const PixelTile old = *tile;
-    target.AddRun(*tile, *run, *start, cell, false);
+    target.AddRun(*tile, *run, *start, { intervals, TileSize, TileSize, false });
     for (int k = 0; k < Pixels; ++k)
     {
       const double x = (k % TileSize + 0.5) / cell, y = (k / TileSize + 0.5) / cell;
@@ -439,6 +440,137 @@ void TestAddRun(const RasterTarget& target)
   }
 }
 
+/// A cell's range of pixels along an axis, of the picture's part of the tile; its last pixel
+/// beyond.
+struct CellSpan
+{
+  double Low, High;
+
+  CellSpan(double center, double reach, int size)
+    : Low(std::clamp(center - reach, 0.0, size - 1.0))
+    , High(std::max(std::min(center + reach, static_cast<double>(size)), this->Low))
+  {
+  }
+
+  double ShareOf(int pixel) const
+  {
+    return std::max(0.0, std::min(this->High, pixel + 1.0) - std::max(this->Low, 1.0 * pixel));
+  }
+};
+
+/// T and its moments over the pixels of a cell, weighted with T.
+Pixel MeanOfCell(const PixelTile& tile, const CellSpan& columns, const CellSpan& rows)
+{
+  Pixel mean;
+  double weights = 0.0;
+  mean.Through = 0.0;
+  for (int k = 0; k < Pixels; ++k)
+  {
+    const FinishedLayers& done = tile.Finished[BlockOf(k)];
+    const int l = LaneOf(k);
+    const double weight = columns.ShareOf(k % TileSize) * rows.ShareOf(k / TileSize) *
+      static_cast<double>(done.Transmittance[l]);
+    weights += weight;
+    mean.Through += weight * static_cast<double>(done.Transmittance[l]);
+    mean.X += weight * static_cast<double>(done.ThroughX[l]);
+    mean.Rim += weight * static_cast<double>(done.ThroughRim[l]);
+  }
+  mean.X /= mean.Through;
+  mean.Rim /= mean.Through;
+  mean.Through /= weights;
+  return mean;
+}
+
+/// A tile with bright and dark pixels, some of them closed.
+void FillTile(Random& random, PixelTile& tile)
+{
+  for (int k = 0; k < Pixels; ++k)
+  {
+    FinishedLayers& done = tile.Finished[BlockOf(k)];
+    const int l = LaneOf(k);
+    const bool dark = k % TileSize < TileSize / 2;
+    const double through = dark ? 0.3 * random() * random() : random.Uniform(0.5, 1.0);
+    done.Transmittance[l] = k % 7 == 0 ? 0.0f : static_cast<float>(through);
+    done.ThroughX[l] = 0.1f * done.Transmittance[l] * static_cast<float>(random());
+    done.ThroughRim[l] = 0.1f * done.Transmittance[l] * static_cast<float>(random());
+  }
+}
+
+/// Cells begin with the means of their own pixels; where these are dark, of all that take something
+/// over from the cell.
+void TestBeginRun(const RasterTarget& target)
+{
+  Random random(25);
+  int dark = 0, bright = 0;
+  for (const int intervals : RunIntervals)
+  {
+    const RunGrid grid{ intervals, TileSize, TileSize - 5, false };
+    const auto tile = EmptyTile(), run = EmptyTile();
+    const auto start = std::make_unique<RunStart>();
+    FillTile(random, *tile);
+    target.BeginRun(*tile, grid, *run, *start);
+    const double cell = static_cast<double>(TileSize) / intervals;
+    const auto mean = [&](int i, int j, double reach) {
+      return MeanOfCell(
+        *tile, { i * cell, reach * cell, grid.Width }, { j * cell, reach * cell, grid.Height });
+    };
+    for (int j = 0; j <= intervals; ++j)
+    {
+      for (int i = 0; i <= intervals; ++i)
+      {
+        Pixel expected = mean(i, j, 0.5);
+        if (!(expected.Through >= 0.25)) // also if all of its own pixels are closed
+        {
+          expected = mean(i, j, 1.0);
+          ++dark;
+        }
+        bright += expected.Through >= 0.5 ? 1 : 0;
+        const double through = std::max(expected.Through, 1.0 / 64.0);
+        const FinishedLayers& done = run->Finished[BlockOfPixel(i, j)];
+        const int l = LaneOfPixel(i, j);
+        CHECK_NEAR(done.Transmittance[l], through, 2e-6);
+        CHECK_NEAR(done.ThroughX[l], through * expected.X, 2e-6);
+        CHECK_NEAR(done.ThroughRim[l], through * expected.Rim, 2e-6);
+        CHECK(done.Red[l] == 0.0f);
+        CHECK(start->Before[BlockOfPixel(i, j)].Transmittance[l] == done.Transmittance[l]);
+      }
+    }
+    CHECK((run->Opaque & 1) == 0);
+  }
+  CHECK(dark > 100);
+  CHECK(bright > 100);
+}
+
+/// Blocks by their largest T, and by its root mean square.
+void TestFindBright(const RasterTarget& target)
+{
+  Random random(26);
+  const auto tile = EmptyTile();
+  float behind[BlocksPerTile];
+  std::uint64_t byLargest = 0, byMean = 0;
+  const BrightLimits limits{ 0.5f, 0.2f };
+  for (int b = 0; b < BlocksPerTile; ++b)
+  {
+    const double most = random();
+    behind[b] = static_cast<float>(random.Uniform(0.5, 1.0));
+    double largest = 0.0, squared = 0.0;
+    for (float& through : tile->Finished[b].Transmittance)
+    {
+      through = static_cast<float>(most * random());
+      const double t = static_cast<double>(through) * static_cast<double>(behind[b]);
+      largest = std::max(largest, t);
+      squared += t * t / PixelsPerBlock;
+    }
+    byLargest |= static_cast<std::uint64_t>(largest >= 0.5 ? 1 : 0) << b;
+    byMean |= static_cast<std::uint64_t>(squared >= 0.04 ? 1 : 0) << b;
+  }
+  const BrightBlocks bright = target.FindBright(*tile, behind, limits);
+  CHECK(bright.ByLargest == byLargest);
+  CHECK(bright.ByMean == byMean);
+  CHECK(byLargest != 0);
+  CHECK(byLargest != byMean);
+}
+
 const RasterTarget* const Targets[] = { &RasterTargetBaseline,
 #ifdef SURFELSPLATTING_X86_TARGETS
   &RasterTargetAVX2, &RasterTargetAVX512
@@ -454,6 +586,8 @@ TEST_CASE("Gaussians in space")
     TestAddGaussian(*target, false);
     TestAddGaussian(*target, true);
     TestInFocus(*target);
+    TestBeginRun(*target);
     TestAddRun(*target);
+    TestFindBright(*target);
   }
 }
