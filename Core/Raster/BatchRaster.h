@@ -117,18 +117,18 @@ struct BatchBlock
   const RasterCallbacks& Callbacks;
 };
 
-/// Lets the layers leak that end in front of an item; a call, since few items need it.
+/// Lets layers leak, or hands them over; a call, since few items need it.
+/// @param bands unused on coarse grids
 template <RasterPass Pass>
-__attribute__((noinline)) void LeakBeforeItem(PixelTile& tile, int block, LayerReach& reach,
-  const LaneMask& ended, const RasterSettings& settings, const RasterCallbacks& callbacks)
+__attribute__((noinline)) void LeakBeforeItem(PixelTile& tile, int block, const LaneMask& chosen,
+  const Lanes& bands, const RasterSettings& settings, const RasterCallbacks& callbacks)
 {
   if (Pass == RasterPass::Collect)
   {
-    CollectLayers(tile, block, ended, LeastTent, callbacks);
-    reach.Begin = Select(ended, reach.Range.Near, reach.Begin);
+    CollectLayers(tile, block, chosen, LeastTent, callbacks);
     return;
   }
-  LeakEnded(tile, block, reach, ended, settings, callbacks);
+  LeakOver(tile, block, bands, chosen, settings, callbacks);
 }
 
 /// So many lengths behind a layer of a coarse grid there is another surface, even if something
@@ -159,6 +159,32 @@ struct FragmentWeights
   float PerReach; ///< Unit / WeightOfReach, or that of cells or tents
 };
 
+/// Lets the layers that end in front of an item leak.
+/// @param weight of the item's fragments @return where what the item adds to z-ranges begins there:
+/// layers stay open over the rest of their gaps
+template <bool OnLens, RasterPass Pass>
+SURFELSPLATTING_INLINE Lanes LeakEnded(BlockLayers<OnLens, Pass>& open, const BatchBlock& at,
+  const BatchItem& item, const ZRange& range, const Lanes& weight, const LaneMask& ended)
+{
+  constexpr bool collects = Pass == RasterPass::Collect;
+  const LayerGaps gaps = collects ? LayerGaps{ 0.0f, 0.0f, ended }
+                                  : FindGaps(range, open.Far, open.Weight, weight, at.Settings);
+  const LaneMask leaks = ended & gaps.Leaks;
+  // A fifth to two fifths of such items leave all gaps open: nothing needs to be stored then.
+  if (Any(leaks))
+  {
+    // Copies keep the others in registers.
+    const LaneMask chosen = leaks;
+    const Lanes bands = gaps.Bands;
+    open.Store(at.Tile, at.Block);
+    at.Settings.LargestColor = item.LargestColor;
+    LeakBeforeItem<Pass>(at.Tile, at.Block, chosen, bands, at.Settings, at.Callbacks);
+    open.Load(at.Tile, at.Block);
+  }
+  return collects ? Lanes(range.Near)
+                  : Select(open.Weight > LeastLeakingWeight, range.Near - gaps.Rest, range.Near);
+}
+
 /// Prepares the open layers for an item: those that end in front of it leak, and z-ranges become
 /// longer.
 template <bool OnLens, RasterPass Pass>
@@ -174,14 +200,8 @@ SURFELSPLATTING_INLINE void PrepareLayers(BlockLayers<OnLens, Pass>& open, const
   }
   if (__builtin_expect(Any(ended), 0))
   {
-    // Copies, field by field, keep the others in registers.
-    const LaneMask passed = ended;
-    LayerReach moved{ { range.Near, range.Far }, weights.Unit * weights.Weight, begin };
-    open.Store(at.Tile, at.Block);
-    at.Settings.LargestColor = item.LargestColor;
-    LeakBeforeItem<Pass>(at.Tile, at.Block, moved, passed, at.Settings, at.Callbacks);
-    open.Load(at.Tile, at.Block);
-    begin = moved.Begin;
+    begin =
+      Select(ended, LeakEnded(open, at, item, range, weights.Unit * weights.Weight, ended), begin);
   }
   const Lanes longer = begin + (weights.Weight * weights.PerReach) * (range.Far - begin);
   open.Far = Select(inside, Larger(Smaller(longer, range.Far), begin), open.Far);
@@ -494,7 +514,8 @@ std::uint64_t AddItems(PixelTile& tile, const BatchItem* batch, int count,
   {
     const BatchItem& item = batch[k];
     touched[k] = item.Cell ? BlocksOf(item.Place.Span)
-                           : BlocksOfSplat(*item.Body, item.Place, settings.Support);
+                           : BlocksOfSplat(*item.Body, item.Place, settings.Support,
+                               Pass == RasterPass::Collect ? FewCells : FewPixels);
     Prepare<OnLens, Pass>(item, settings, perSupport, prepared[k]);
   }
   Transpose(touched);

@@ -29,14 +29,16 @@ SURFELSPLATTING_INLINE std::uint64_t BlocksInSupport(
   constexpr float margin = 1.0f / 16.0f;
   const float across = 1.0f / s.A;
   std::uint64_t blocks = 0;
-  for (int j = place.Span.Y0 / LaneCount * rowsOfBlocks; j * BlockSize < place.Span.Y1;
-       j += rowsOfBlocks)
+  for (int next = place.Span.Y0 / BlockSize; next * BlockSize < place.Span.Y1; next += rowsOfBlocks)
   {
+    const int j = next < BlocksPerRow - rowsOfBlocks ? next : BlocksPerRow - rowsOfBlocks;
     const Lanes dy = Lanes::Load(Ramp) + (static_cast<float>(j * BlockSize) + 0.5f - place.Y);
     const Lanes half = SquareRoot(Larger(support - s.B * dy * dy, 0.0f) * across) + margin;
     const Lanes center = (place.X - 0.5f) - s.K * dy;
+    // The first pixel of a row is the next one behind its end.
+    const Lanes first = (1.0f - margin) + (center - half);
     alignas(64) float low[LaneCount], high[LaneCount];
-    Smaller(SmallestOfFour(Larger(center - half, 0.0f)), TileSize).Store(low);
+    Smaller(SmallestOfFour(Larger(first, 0.0f)), TileSize).Store(low);
     Larger(Smaller(LargestOfFour(center + half), TileSize - 1.0f), -1.0f).Store(high);
     for (int i = 0; i < rowsOfBlocks; ++i)
     {
@@ -49,16 +51,16 @@ SURFELSPLATTING_INLINE std::uint64_t BlocksInSupport(
   return blocks;
 }
 
-/// Narrower spans are not worth narrowing.
-constexpr int FewPixels = 3 * BlockSize;
+/// Narrower spans are not worth narrowing. A fragment of a coarse grid takes longer.
+constexpr int FewPixels = 3 * BlockSize, FewCells = BlockSize;
 
 /// Blocks that a splat with this support may touch.
+/// @param few FewPixels or FewCells
 SURFELSPLATTING_INLINE std::uint64_t BlocksOfSplat(
-  const Splat& s, const TilePlace& place, float support)
+  const Splat& s, const TilePlace& place, float support, int few)
 {
   const std::uint64_t blocks = BlocksOf(place.Span);
-  return place.Span.X1 - place.Span.X0 > FewPixels ? blocks & BlocksInSupport(s, place, support)
-                                                   : blocks;
+  return place.Span.X1 - place.Span.X0 > few ? blocks & BlocksInSupport(s, place, support) : blocks;
 }
 
 /// A step of Transpose: exchanges blocks of Step x Step bits beside the diagonal.

@@ -38,7 +38,7 @@ std::uint64_t AddBlocks(PixelTile& tile, const Splat& splat, const LensFootprint
   const std::uint64_t paired = pairs ? tile.Tilted : 0;
   std::uint64_t fragments = 0, tilted = 0;
   for (std::uint64_t blocks =
-         BlocksOfSplat(s, place, s.DepthX) & ~(settings.SkipHidden ? tile.Opaque : 0);
+         BlocksOfSplat(s, place, s.DepthX, FewPixels) & ~(settings.SkipHidden ? tile.Opaque : 0);
        blocks != 0; blocks &= blocks - 1)
   {
     const int block = __builtin_ctzll(blocks);
