@@ -172,8 +172,13 @@ void TileRaster::TakeRuns(LazySplats& lazy, const std::uint32_t*& run, const std
   const int bottom = this->OriginY, top = bottom + TileSize;
   const SplatList& list = lazy.Splats();
   lazy.Announce(run, end);
-  const BrightBlocks bright = this->FindBright(lazy);
+  const bool hasAncestors = lazy.CoarserBelow() > 0.0f; // of captures and volumes
+  const BrightBlocks bright = hasAncestors ? this->FindBright(lazy) : BrightBlocks{};
   const auto choose = [&](std::uint32_t r) {
+    if (!hasAncestors)
+    {
+      return lazy.Choose(r, false);
+    }
     const std::uint64_t blocks = this->BlocksOfRun(lazy, r);
     return lazy.Choose(
       r, (blocks & bright.ByLargest) == 0 || (lazy.IsBlurred(r) && (blocks & bright.ByMean) == 0));
@@ -314,11 +319,6 @@ bool TileRaster::BecomesOpaque(float near)
 /// open layers let all through.
 BrightBlocks TileRaster::FindBright(const LazySplats& lazy) const
 {
-  constexpr std::uint64_t all = ~std::uint64_t{ 0 };
-  if (!(lazy.CoarserBelow() > 0.0f))
-  {
-    return { all, all };
-  }
   float behind[BlocksPerTile];
   if (this->Run.IsOpen())
   {
