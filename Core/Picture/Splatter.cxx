@@ -254,8 +254,9 @@ bool Splatter::RenderCells(const SplatContext& context, const std::vector<Surfel
   // Many cells are meant to come close to the limit, also where one picture is good.
   constexpr int fewCells = 9;
   const ApertureSampling& sampling = context.Sampling;
-  const bool everywhere = sampling.Everywhere || sampling.Pinholes || sampling.Count > fewCells ||
-    context.DepthBuffered || target.Sink || !target.Picture.Color;
+  const bool few = !sampling.Pinholes && sampling.Count <= fewCells;
+  const bool everywhere =
+    sampling.Everywhere || !few || context.DepthBuffered || target.Sink || !target.Picture.Color;
   FrameStatistics total;
   Frame mean = target.Picture;
   if (!everywhere)
@@ -280,8 +281,8 @@ bool Splatter::RenderCells(const SplatContext& context, const std::vector<Surfel
     this->IsFirstCell = done == 0;
     this->SetCell(context, cells[done]);
     this->Cell.Cut.Cells = cells.size();
-    this->Cell.Cut.BlurGain = BlurGain(cells.size(), !everywhere);
-    this->Cell.Cut.Error *= everywhere ? 1.0 : FewCellsError;
+    this->Cell.Cut.BlurGain = BlurGain(cells.size(), few);
+    this->Cell.Cut.Error *= few ? FewCellsError : 1.0;
     this->RenderCell(clouds, executor, cellTarget);
     total.Add(this->Stats);
     this->Average.EndPicture();
