@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Longitudes and latitudes as metres on the ellipsoid of WGS 84, east and north of their middle.
 
-The scales are those of the radii of curvature in the middle, along the parallel and along the meridian:
-lengths within 10 km of it are off by up to 1 in 600 at latitude 45. Clouds keep their middle, so that others can be
-moved beside them.
+The scales are those of the radii of curvature in the middle, along the parallel and along the meridian.
+Lengths within 10 km of it are off by up to 1 in 600 at latitude 45. Clouds keep their middle, so that
+others can be moved beside them.
 """
 
 import numpy as np
