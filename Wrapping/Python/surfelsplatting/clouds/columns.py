@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .degrees import HOW
 from ..problems import UserProblem
 
 # The names of a column in lower case, without units and with _ for blanks.
@@ -75,8 +76,8 @@ def by_names(names):
             meanings = [name if meaning in triple else meaning
                         for meaning, name in zip(meanings, names)]
     if set(XYZ) <= set(meanings):
-        return Columns(meanings, "by their names, degrees as metres from their middle" if are_degrees
-                       else "by their names", are_degrees=are_degrees)
+        return Columns(meanings, f"by their names, {HOW}" if are_degrees else "by their names",
+                       are_degrees=are_degrees)
     first = ", ".join(names[:3])
     return Columns([*XYZ, *(f"{m}_" if m in XYZ else m for m in meanings[3:])],
                    f"as the first three, {first}, seem to be places", True)
