@@ -8,7 +8,6 @@ from ..views.cameras import STILL_CELLS
 from ..views.vtkcamera import make_camera, set_lens
 from ..vtkSurfelRendering import vtkSurfelImageRenderer, vtkSurfelMapper
 from ..vtkSurfelVolumes import vtkVolumeSplatting
-from .commands.render import CHANNELS
 
 LIGHT_GREY = (0.8, 0.8, 0.8)  # the colour of clouds without colours
 BACKDROP = (0.16, 0.17, 0.19)  # the background of lit .png pictures
@@ -84,7 +83,7 @@ def make_renderer(surfels, view, arguments):
     splatter.SetLensCells(_parts_of_lens(arguments))
     splatter.SetLensPinholes(arguments.reference is not None)
     splatter.SetDeepSamples(arguments.deep)
-    splatter.SetChannels(sum({getattr(splatter, f"CHANNEL_{CHANNELS[name]}")
+    splatter.SetChannels(sum({getattr(splatter, f"CHANNEL_{name}")
                               for name in arguments.channels or ()}))
     splatter.FrameReuseOff()  # render again for --repeat
     set_splatter(splatter, arguments)

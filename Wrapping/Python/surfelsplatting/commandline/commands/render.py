@@ -51,12 +51,13 @@ examples:
 
 
 def _channels(text):
+    """Values of CHANNELS."""
     names = text.split(",")
     unknown = [name for name in names if name not in (*CHANNELS, "all")]
     if unknown:
         raise argparse.ArgumentTypeError(
             f"{unknown[0]!r} is unknown; choose from {', '.join(CHANNELS)}, all")
-    return tuple(CHANNELS if "all" in names else names)
+    return tuple(CHANNELS[name] for name in (CHANNELS if "all" in names else names))
 
 
 def add_parser(commands):
