@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Checks what the sources include and what lies at the top level, and prints each problem:
 
-- cycles between files (those of one stem, as View.h and View.cxx, are one) and between folders;
+- cycles between files (those of one stem, as View.h and View.cxx, are one) and between folders,
+  of the C++ sources and of the Python package, whose functions may import, too;
 - includes against the order of the folders in rooms.txt;
 - a core that needs more than itself and the C++ standard library (CORE_NEEDS: three exceptions);
 - public headers (vtk*.h) that need more than VTK, the standard library and one another;
@@ -13,6 +14,7 @@
 """
 
 import argparse
+import ast
 import re
 import shutil
 import subprocess
@@ -23,6 +25,7 @@ from typing import NamedTuple
 TOPS = ("Core", "Parallel", "SurfelData", "Filters", "Rendering", "Plugins")
 TOP_FILES = {".clang-format", ".gitignore", "CHANGELOG.md", "CITATION.cff", "CMakeLists.txt",
              "CMakePresets.json", "LICENSE", "README.md", "pyproject.toml"}
+PACKAGES = "Wrapping/Python"
 INCLUDE = re.compile(r'\s*#\s*include\s*([<"])([^>"]+)[>"]')
 # The standard library's headers have neither a dot nor a folder.
 STANDARD = re.compile(r"[a-z_]+")
@@ -40,7 +43,8 @@ class Include(NamedTuple):
     target: str  # the project's file, or empty
 
     def __str__(self):
-        return f"{self.source}:{self.line} includes {self.target or self.name}"
+        verb = "imports" if self.source.endswith(".py") else "includes"
+        return f"{self.source}:{self.line} {verb} {self.target or self.name}"
 
 
 def room_of(path):
@@ -75,6 +79,43 @@ def read_includes(root, sources):
                 target = next((path for path in candidates if path in known), "")
                 includes.append(Include(source, number, name, match[1] == '"', target))
     return includes
+
+
+def modules_of(node, folder):
+    """[parts of the path that an import statement names, from PACKAGES on]; as many as names,
+    because each may be a file in a folder."""
+    if isinstance(node, ast.Import):
+        return [name.name.split(".") for name in node.names]
+    above = folder[:len(folder) - node.level + 1] if node.level else []
+    module = [*above, *(node.module or "").split(".")]
+    return [[part for part in (*module, name.name) if part] for name in node.names]
+
+
+def read_imports(root):
+    """The imports of the Python package's own files, anywhere in a file."""
+    packages = root / PACKAGES
+    known = {path.relative_to(packages).as_posix() for path in packages.rglob("*.py")}
+    imports = []
+    for source in sorted(known):
+        tree = ast.parse((packages / source).read_text(encoding="utf-8"))
+        statements = (node for node in ast.walk(tree)
+                      if isinstance(node, (ast.Import, ast.ImportFrom)))
+        for node in statements:
+            for parts in modules_of(node, PurePosixPath(source).parent.parts):
+                paths = ("/".join(names) for names in (parts, parts[:-1]))
+                target = next((name for path in paths
+                               for name in (f"{path}.py", f"{path}/__init__.py") if name in known),
+                              None)
+                if target:
+                    imports.append(Include(f"{PACKAGES}/{source}", node.lineno, ".".join(parts),
+                                           False, f"{PACKAGES}/{target}"))
+    return imports
+
+
+def python_room_of(path):
+    """A folder of the package; the files beside those folders are rooms of their own."""
+    parts = PurePosixPath(path).relative_to(PACKAGES).parts
+    return "/".join(parts[:2])
 
 
 def read_order(path):
@@ -211,8 +252,13 @@ def main():
     if arguments.draw:
         draw(includes, order)
         return
-    problems = [*check(sources, includes, order), *check_top_level(arguments.root)]
-    print("\n".join(problems) or f"{len(sources)} sources, {len(includes)} includes: no problems")
+    imports = read_imports(arguments.root)
+    problems = [*check(sources, includes, order),
+                *find_cycles(make_graph(imports, unit_of), "files"),
+                *find_cycles(make_graph(imports, python_room_of), "folders"),
+                *check_top_level(arguments.root)]
+    print("\n".join(problems) or f"{len(sources)} C++ sources, {len(includes)} includes, "
+          f"{len(imports)} imports of Python: no problems")
     sys.exit(1 if problems else 0)
 
 

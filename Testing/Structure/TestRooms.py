@@ -20,7 +20,8 @@ class Rooms(unittest.TestCase):
     def setUpClass(cls):
         cls.folder = Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
         cls.root = cls.folder / "copy"
-        for top in ("Core", "Parallel", "SurfelData", "Filters", "Rendering", "Plugins"):
+        for top in ("Core", "Parallel", "SurfelData", "Filters", "Rendering", "Plugins",
+                    "Wrapping"):
             shutil.copytree(SOURCE / top, cls.root / top)
         cls.before = cls.problems()
 
@@ -36,10 +37,11 @@ class Rooms(unittest.TestCase):
         return problems
 
     def put(self, path, *lines):
-        """A new header in the copy, for this test."""
+        """A new file in the copy, for this test."""
         file = self.root / path
         self.assertFalse(file.exists())
-        file.write_text("\n".join(["#pragma once", *lines, ""]), encoding="utf-8")
+        first = ["#pragma once"] if path.endswith((".h", ".cxx")) else []
+        file.write_text("\n".join([*first, *lines, ""]), encoding="utf-8")
         self.addCleanup(file.unlink)
 
     def new_problems(self):
@@ -61,6 +63,22 @@ class Rooms(unittest.TestCase):
                          "a cycle between files:\n"
                          "  Core/Base/First.cxx:2 includes Core/Base/Second.h\n"
                          "  Core/Base/Second.h:2 includes Core/Base/First.h")
+
+    def test_cycle_of_python_files(self):
+        package = "Wrapping/Python/surfelsplatting"
+        self.put(f"{package}/clouds/first.py", "def late():", "    from .second import name")
+        self.put(f"{package}/clouds/second.py", "from . import first")
+        self.assertEqual(self.new_problems()[0],
+                         "a cycle between files:\n"
+                         f"  {package}/clouds/first.py:2 imports {package}/clouds/second.py\n"
+                         f"  {package}/clouds/second.py:1 imports {package}/clouds/first.py")
+
+    def test_cycle_of_python_folders(self):
+        package = "Wrapping/Python/surfelsplatting"
+        self.put(f"{package}/clouds/upward.py", "import surfelsplatting.views.up")
+        cycle = next(text for text in self.new_problems()
+                     if text.startswith("a cycle between folders"))
+        self.assertIn(f"{package}/clouds/upward.py:1 imports {package}/views/up.py", cycle)
 
     def test_cycle_between_folders_alone(self):
         self.put("Core/Simd/Lower.h")

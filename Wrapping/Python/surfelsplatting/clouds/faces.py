@@ -5,10 +5,10 @@ from typing import NamedTuple, Optional
 
 import numpy as np
 
-from .. import vtkSurfelFilters as filters
 from ..backend import vtk
+from ..vtkSurfelFilters import vtkPointsOnFaces
 
-MOST_VERTICES = filters.vtkPointsOnFaces.GetMaximumNumberOfVertices()  # of more, faces are not read
+MOST_VERTICES = vtkPointsOnFaces.GetMaximumNumberOfVertices()  # of more, faces are not read
 
 
 class Sampled(NamedTuple):
@@ -20,7 +20,7 @@ class Sampled(NamedTuple):
 
 def on_faces(data):
     """-> Sampled, or None if the vertices of a vtkPolyData tell the surface, or there are no faces"""
-    faces = filters.vtkPointsOnFaces()
+    faces = vtkPointsOnFaces()
     faces.SetInputData(data)
     faces.Update()
     if faces.GetLack() == faces.NO_LACK:
