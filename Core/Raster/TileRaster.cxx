@@ -445,6 +445,7 @@ void TileRaster::AddSplat(const SplatList& list, std::size_t i)
     return;
   }
   const SplatGradient* gradient = s.Gradient == NoGradient ? nullptr : &list.GradientOf(s);
+  __builtin_prefetch(gradient); // its place is known only now
   this->AddToBatch({ &s, nullptr, gradient, list.FootprintOf(i),
     this->PlaceInTile(list.Boxes[i], s.X, s.Y), this->Settings.LargestColor });
 }
