@@ -10,9 +10,6 @@ namespace
 {
 constexpr int DepthBit = 32;
 
-/// Keys of one bin are moved to their places, if there are no more of them.
-constexpr std::uint32_t Crowded = 24;
-
 /// A run of keys.
 struct KeyRun
 {
@@ -20,13 +17,17 @@ struct KeyRun
   std::size_t Size;
 };
 
-/// The first bits of a key's depth, between the nearest and the farthest one: its bin.
-class DepthBins
+/// Two digits of a key's depth, between the nearest and the farthest one.
+class DepthDigits
 {
 public:
-  /// @param largest number of bins
-  DepthBins(const KeyRun& keys, std::size_t largest)
+  /// @param keys at least one
+  explicit DepthDigits(const KeyRun& keys)
   {
+    while (this->Bits < KeySorter::MostDigitBits && keys.Size >> this->Bits > 1)
+    {
+      ++this->Bits;
+    }
     std::uint64_t nearest = keys.Begin[0], farthest = keys.Begin[0];
     for (std::size_t i = 1; i < keys.Size; ++i)
     {
@@ -35,116 +36,103 @@ public:
     }
     this->First = static_cast<std::uint32_t>(nearest >> DepthBit);
     const std::uint32_t length = static_cast<std::uint32_t>(farthest >> DepthBit) - this->First;
-    while (length >> this->Shift >= largest)
+    while (length >> this->Shift >> (2 * this->Bits) != 0)
     {
       ++this->Shift;
     }
   }
 
-  std::uint32_t operator()(std::uint64_t key) const
+  std::size_t Count() const { return std::size_t{ 1 } << this->Bits; }
+  std::uint32_t Both(std::uint64_t key) const
   {
     return (static_cast<std::uint32_t>(key >> DepthBit) - this->First) >> this->Shift;
   }
+  std::uint32_t Low(std::uint64_t key) const
+  {
+    return this->Both(key) & ((std::uint32_t{ 1 } << this->Bits) - 1);
+  }
+  std::uint32_t High(std::uint64_t key) const { return this->Both(key) >> this->Bits; }
 
 private:
   std::uint32_t First;
+  int Bits = 8; ///< of a digit
   int Shift = 0;
 };
 
-/// Copies keys bin by bin, with about as many bins as keys.
-/// @param to other memory @param ends where each bin ends there
-/// @return number of keys in the fullest bin
-std::uint32_t CopyToBins(const KeyRun& keys, std::uint64_t* to, std::vector<std::uint32_t>& ends)
+/// Numbers become the sums of those before them.
+void SumBefore(std::uint32_t* numbers, std::size_t count)
 {
-  constexpr std::size_t fewestBins = 256, mostBins = 4096;
-  std::size_t count = fewestBins;
-  while (count < keys.Size && count < mostBins)
+  std::uint32_t sum = 0;
+  for (std::size_t i = 0; i < count; ++i)
   {
-    count *= 2;
-  }
-  const DepthBins bins(keys, count);
-  ends.assign(count, 0);
-  for (std::size_t i = 0; i < keys.Size; ++i)
-  {
-    ++ends[bins(keys.Begin[i])];
-  }
-  std::uint32_t sum = 0, largest = 0;
-  for (std::uint32_t& end : ends)
-  {
-    const std::uint32_t size = end;
-    largest = std::max(largest, size);
-    end = sum;
-    sum += size;
-  }
-  for (std::size_t i = 0; i < keys.Size; ++i)
-  {
-    to[ends[bins(keys.Begin[i])]++] = keys.Begin[i];
-  }
-  return largest;
-}
-
-/// Calls a function with the runs of keys in crowded bins.
-template <class Function>
-void ForCrowded(const KeyRun& keys, const std::vector<std::uint32_t>& ends, Function&& function)
-{
-  std::uint32_t begin = 0;
-  for (const std::uint32_t end : ends)
-  {
-    if (end - begin > Crowded)
-    {
-      function(KeyRun{ keys.Begin + begin, end - begin });
-    }
-    begin = end;
+    const std::uint32_t number = numbers[i];
+    numbers[i] = sum;
+    sum += number;
   }
 }
 
-void SortByComparison(const KeyRun& keys)
+/// Sorts keys that are in the order of their digits. Most are alone with theirs. Where others are
+/// far away, or surfaces face the camera, many share them.
+void SortEqualDigits(const KeyRun& keys, const DepthDigits& digits)
 {
-  std::sort(keys.Begin, keys.Begin + keys.Size);
-}
-
-/// Copies keys of which each is at most a few places away from its own, sorted.
-void Insert(const KeyRun& keys, std::uint64_t* to)
-{
-  for (std::size_t i = 0; i < keys.Size; ++i)
+  constexpr std::ptrdiff_t crowded = 16;
+  std::uint64_t* const end = keys.Begin + keys.Size;
+  for (std::uint64_t* next = keys.Begin + 1; next < end; ++next)
   {
-    const std::uint64_t value = keys.Begin[i];
-    std::uint64_t* place = to + i;
-    for (; place > to && place[-1] > value; --place)
+    const std::uint64_t value = *next;
+    std::uint64_t* place = next;
+    for (; place > keys.Begin && place[-1] > value && next - place < crowded; --place)
     {
       *place = place[-1];
     }
     *place = value;
+    if (next - place == crowded)
+    {
+      const std::uint32_t own = digits.Both(value);
+      std::uint64_t* first = place;
+      std::uint64_t* last = next + 1;
+      for (; first > keys.Begin && digits.Both(first[-1]) == own; --first)
+      {
+      }
+      for (; last < end && digits.Both(*last) == own; ++last)
+      {
+      }
+      std::sort(first, last);
+      next = last - 1;
+    }
   }
 }
 }
 
 void KeySorter::Sort(std::uint64_t* keys, std::size_t size)
 {
-  constexpr std::size_t few = 32, worthBins = 96;
-  const KeyRun all{ keys, size };
+  constexpr std::size_t few = 32;
   if (size < few)
   {
-    SortByComparison(all);
+    std::sort(keys, keys + size);
     return;
   }
-  this->Work.resize(size);
-  const std::uint32_t largest = CopyToBins(all, this->Work.data(), this->Ends);
-  const KeyRun binned{ this->Work.data(), size };
-  if (largest > Crowded)
+  const KeyRun all{ keys, size };
+  const DepthDigits digits(all);
+  std::uint32_t* const low = this->Ends.data();
+  std::uint32_t* const high = low + digits.Count();
+  std::fill_n(low, 2 * digits.Count(), 0u);
+  for (std::size_t i = 0; i < size; ++i)
   {
-    // Where a few keys are far off, most share few bins.
-    ForCrowded(binned, this->Ends, [&](const KeyRun& crowded) {
-      if (crowded.Size < worthBins)
-      {
-        SortByComparison(crowded);
-        return;
-      }
-      CopyToBins(crowded, keys, this->EndsInBin);
-      std::copy_n(keys, crowded.Size, crowded.Begin);
-      ForCrowded(crowded, this->EndsInBin, SortByComparison);
-    });
+    ++low[digits.Low(keys[i])];
+    ++high[digits.High(keys[i])];
   }
-  Insert(binned, keys);
+  SumBefore(low, digits.Count());
+  SumBefore(high, digits.Count());
+  this->Work.resize(size);
+  for (std::size_t i = 0; i < size; ++i)
+  {
+    this->Work[low[digits.Low(keys[i])]++] = keys[i];
+  }
+  for (const std::uint64_t key : this->Work)
+  {
+    keys[high[digits.High(key)]++] = key;
+  }
+  SortEqualDigits(all, digits);
 }
 }

@@ -4,6 +4,7 @@
  */
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -42,15 +43,17 @@ inline float DepthOfKey(std::uint64_t key)
   return FloatOfBits(static_cast<std::uint32_t>(key >> 32));
 }
 
-/// Sorts keys, ascending by depth and index: by bins of depth with about as
-/// many bins as keys, and crowded bins once more.
+/// Sorts keys, ascending by depth and index: by two digits of the depth, which hold the more bits
+/// the more keys there are, and keys of equal digits by comparison.
 class KeySorter
 {
 public:
+  static constexpr int MostDigitBits = 11;
+
   void Sort(std::uint64_t* keys, std::size_t size);
 
 private:
   std::vector<std::uint64_t> Work;
-  std::vector<std::uint32_t> Ends, EndsInBin; // of the bins, and of those of a crowded one
+  std::array<std::uint32_t, 2 << MostDigitBits> Ends; // of the keys of each digit
 };
 }
