@@ -30,6 +30,16 @@ void MakeChunks(const CutRanges& runs, std::vector<SplatList::Chunk>& chunks)
   }
 }
 
+/// What is fetched of a run before it is its turn: all of a node's that the cut has chosen. Of
+/// longer ones the processor fetches the rest by itself.
+CutRange BeginningOf(const CutRange& run)
+{
+  constexpr std::uint32_t most = 64;
+  CutRange beginning = run;
+  beginning.Count = std::min(run.Count, most);
+  return beginning;
+}
+
 /// Fills the chunk's part of the list; the result does not depend on the thread.
 void Fill(
   const SplatMaker& maker, const SplatList::Chunk& chunk, SplatList& list, SplatList::Part& part)
@@ -39,8 +49,12 @@ void Fill(
   for (const CutRange* run = chunk.Run; left > 0; ++run)
   {
     const std::size_t take = std::min<std::size_t>(left, run->Count - skip);
-    maker.Make(*run, skip, take, output);
     left -= take;
+    if (left > 0)
+    {
+      maker.Prefetch(BeginningOf(run[1]));
+    }
+    maker.Make(*run, skip, take, output);
     skip = 0;
   }
   part.Take(output);
