@@ -234,21 +234,23 @@ private:
   bool MakeKernels(vtkPointSet* input, const OrientedCloud& oriented, const StageProgress& progress)
   {
     const bool isCell = this->Self->KernelMode == CELL;
+    const bool areColored = this->Self->InterpolateColors && FindColorsToInterpolate(input);
     KernelSteering steering;
-    if (this->Self->InterpolateColors && FindColorsToInterpolate(input))
+    this->Heights.Resize(isCell ? this->Fits.size() : 0);
+    if (areColored)
     {
       this->Colors = GatherColors(input, this->Cloud());
       const double blur = isCell ? MeanBlur(this->Self->CellBlur) : this->Self->KernelScale;
-      if (!SurfelGeometry::InterpolateColors(
-            oriented, this->Fits, blur, progress.Part(0.0, 0.3), this->Colors, steering))
+      if (!SurfelGeometry::InterpolateColors(oriented, this->Fits, blur, progress.Part(0.0, 0.4),
+            this->Colors, steering, isCell ? &this->Heights : nullptr))
       {
         return false;
       }
     }
     return !isCell ||
-      (MeasureHeights(oriented, this->Fits, progress.Part(0.3, 0.4), this->Heights) &&
+      ((areColored || this->Heights.RiseAll(oriented, this->Fits, progress.Part(0.3, 0.4))) &&
         MeasureCells(oriented, steering, this->Self->CellBlur, progress.Part(0.4, 1.0), this->Fits,
-          this->Cells));
+          this->Cells, this->Heights));
   }
 
   /// Kernel of the cloud's point i.
@@ -267,7 +269,7 @@ private:
   {
     const Vector3 p = Load(this->Cloud().Position(i));
     return this->HasCell(i)
-      ? p + this->Cells[i].Centroid + double{ this->Heights[i] } * this->Fits[i].Normal
+      ? p + this->Cells[i].Centroid + double{ this->Heights.Final[i] } * this->Fits[i].Normal
       : p;
   }
 
@@ -328,8 +330,8 @@ private:
   std::vector<int> Order; // output id -> cloud index
   OrientationResult Result;
   VoronoiCells Cells;
-  RawVector<float> Heights; // of the surface above the points; with cells only
-  CloudColors Colors;       // empty: those of the input stay
+  SurfaceHeights Heights; // with cells only
+  CloudColors Colors;     // empty: those of the input stay
 };
 
 //------------------------------------------------------------------------------

@@ -60,15 +60,9 @@ public:
   {
   }
 
-  /// What one thread loads of one point after another.
-  struct Around
-  {
-    NearSheet Sheet;
-    SheetColors Colors;
-  };
-
+  /// @param sheet    becomes that of the point
   /// @param steering becomes the point's
-  ColorFit Fit(int i, Around& around, Float3& steering) const
+  ColorFit Fit(int i, NearSheet& sheet, Float3& steering) const
   {
     ColorFit fit;
     steering = Float3();
@@ -76,9 +70,9 @@ public:
     {
       return fit;
     }
+    SheetColors colors;
     const int* ids = this->Oriented.Graph.Row(static_cast<size_t>(i));
     const int count = CountIds(ids, KeptNeighbors);
-    auto& [sheet, colors] = around;
     sheet.Load(this->Oriented, this->Fits, i, ids, count);
     colors.Load(this->Colors, sheet, i, ids, count);
     steering = SteeringFrom(SumColors(sheet, colors), this->Fits[i].Flatness, sheet.U, sheet.V);
@@ -124,22 +118,26 @@ private:
 }
 
 bool InterpolateColors(const OrientedCloud& oriented, const PlaneFits& fits, double blur,
-  const StageProgress& progress, CloudColors& colors, KernelSteering& steering)
+  const StageProgress& progress, CloudColors& colors, KernelSteering& steering,
+  SurfaceHeights* heights)
 {
   const Interpolator interpolator(oriented, fits, static_cast<float>(blur), colors);
   const vtkIdType count = oriented.Cloud.Size();
   ColorFits colorFits(static_cast<size_t>(count));
   CloudColors result(colors.size());
   steering.resize(static_cast<size_t>(count));
-  const bool finished = ParallelFor(count, progress.Part(0.0, 0.7),
-                          [&](vtkIdType i, vtkIdType end) {
-                            Interpolator::Around around;
-                            for (; i < end; ++i)
-                            {
-                              colorFits[i] =
-                                interpolator.Fit(static_cast<int>(i), around, steering[i]);
-                            }
-                          }) &&
+  const auto fit = [&](vtkIdType i, vtkIdType end) {
+    NearSheet sheet;
+    for (; i < end; ++i)
+    {
+      colorFits[i] = interpolator.Fit(static_cast<int>(i), sheet, steering[i]);
+      if (heights)
+      {
+        heights->Rise(static_cast<int>(i), fits[i], sheet);
+      }
+    }
+  };
+  const bool finished = ParallelFor(count, progress.Part(0.0, 0.7), fit) &&
     ParallelFor(count, progress.Part(0.7, 1.0), [&](vtkIdType i, vtkIdType end) {
       for (; i < end; ++i)
       {

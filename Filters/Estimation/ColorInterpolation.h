@@ -21,6 +21,7 @@
 #include "Filters/Common/PointColors.h"
 #include "Filters/Estimation/KernelSteering.h"
 #include "Filters/Estimation/PlaneFit.h"
+#include "Filters/Estimation/SurfaceHeights.h"
 
 namespace SurfelGeometry
 {
@@ -28,8 +29,10 @@ namespace SurfelGeometry
  * @param blur     mean standard deviation of the kernels, spacings
  * @param colors   of the points; the result is bounded to 0 to 255
  * @param steering becomes [n]: the same neighbours give both
+ * @param heights  make their first step with these neighbours as well; or null
  * @return false if stopped
  */
 bool InterpolateColors(const OrientedCloud& oriented, const PlaneFits& fits, double blur,
-  const StageProgress& progress, CloudColors& colors, KernelSteering& steering);
+  const StageProgress& progress, CloudColors& colors, KernelSteering& steering,
+  SurfaceHeights* heights);
 }

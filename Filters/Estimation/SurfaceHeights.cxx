@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Estimation/SurfaceHeights.h"
 
+#include "Filters/Common/LocalCloud.h"
 #include "Filters/Common/Multiversion.h"
-#include "Filters/Estimation/NearSheet.h"
-
-#include <algorithm>
-#include <cstddef>
 
 namespace SurfelGeometry
 {
@@ -33,59 +30,60 @@ SURFEL_MULTIVERSION float MeanHeight(const NearSheet& near, const float* raised)
   return LaneDot(weights, heights) / (1.0f + LaneSum(weights));
 }
 
-class HeightMeasurer
+bool HasHeight(const PlaneFit& fit)
 {
-public:
-  HeightMeasurer(const OrientedCloud& oriented, const PlaneFits& fits)
-    : Oriented(oriented)
-    , Fits(fits)
-  {
-  }
-
-  /// @param raised [n] what all points have risen so far, world units; or null
-  float Measure(int i, const float* raised)
-  {
-    const PlaneFit& fit = this->Fits[i];
-    if (fit.Isolated || fit.Degenerate || !(fit.Spacing > 0.0f) || fit.Flatness < FlatEnough)
-    {
-      return 0.0f;
-    }
-    const int* ids = this->Oriented.Graph.Row(static_cast<std::size_t>(i));
-    const int count = CountIds(ids, KeptNeighbors);
-    this->Near.Load(this->Oriented, this->Fits, i, ids, count);
-    for (int k = 0; k < count && raised; ++k)
-    {
-      this->Raised[k] = (raised[ids[k]] - raised[i]) / fit.Spacing;
-    }
-    const bool hasFold = LaneSum(this->Near.Folded) > 0.0f; // normals may be means over it
-    const float mean = hasFold ? 0.0f : MeanHeight(this->Near, this->Raised);
-    return (raised ? raised[i] : 0.0f) + fit.Spacing * mean;
-  }
-
-private:
-  const OrientedCloud& Oriented;
-  const PlaneFits& Fits;
-  NearSheet Near;
-  alignas(32) float Raised[NearSheet::Capacity] = {};
-};
+  return !fit.Isolated && !fit.Degenerate && fit.Spacing > 0.0f && !(fit.Flatness < FlatEnough);
 }
 
-bool MeasureHeights(const OrientedCloud& oriented, const PlaneFits& fits,
-  const StageProgress& progress, RawVector<float>& heights)
+/// Normals may be means over a fold of the sheet.
+bool HasFold(const NearSheet& sheet)
 {
-  const auto measure = [&](const float* raised, RawVector<float>& result) {
-    return [&, raised](vtkIdType i, vtkIdType end) {
-      HeightMeasurer measurer(oriented, fits);
-      for (; i < end; ++i)
+  return LaneDot(sheet.Folded, sheet.OfSheet) > 0.0f;
+}
+}
+
+void SurfaceHeights::Resize(std::size_t count)
+{
+  this->First.resize(count);
+  this->Final.resize(count);
+}
+
+void SurfaceHeights::Rise(int i, const PlaneFit& fit, const NearSheet& sheet)
+{
+  constexpr float flat[NearSheet::Capacity] = {};
+  this->First[i] = HasHeight(fit) && !HasFold(sheet) ? fit.Spacing * MeanHeight(sheet, flat) : 0.0f;
+}
+
+bool SurfaceHeights::RiseAll(
+  const OrientedCloud& oriented, const PlaneFits& fits, const StageProgress& progress)
+{
+  return ParallelFor(oriented.Cloud.Size(), progress, [&](vtkIdType i, vtkIdType end) {
+    NearSheet sheet;
+    for (; i < end; ++i)
+    {
+      if (HasHeight(fits[i]))
       {
-        result[i] = measurer.Measure(static_cast<int>(i), raised);
+        const int* ids = oriented.Graph.Row(static_cast<std::size_t>(i));
+        sheet.Load(oriented, fits, static_cast<int>(i), ids, CountIds(ids, KeptNeighbors));
       }
-    };
-  };
-  const vtkIdType count = oriented.Cloud.Size();
-  RawVector<float> first(fits.size());
-  heights.resize(fits.size());
-  return ParallelFor(count, progress.Part(0.0, 0.5), measure(nullptr, first)) &&
-    ParallelFor(count, progress.Part(0.5, 1.0), measure(first.data(), heights));
+      this->Rise(static_cast<int>(i), fits[i], sheet);
+    }
+  });
+}
+
+void SurfaceHeights::RiseAgain(
+  int i, const PlaneFit& fit, const NearSheet& sheet, const int* ids, int count)
+{
+  const float first = this->First[i];
+  this->Final[i] = first;
+  if (HasHeight(fit) && !HasFold(sheet))
+  {
+    alignas(32) float raised[NearSheet::Capacity] = {};
+    for (int k = 0; k < count; ++k)
+    {
+      raised[k] = (this->First[ids[k]] - first) / fit.Spacing;
+    }
+    this->Final[i] += fit.Spacing * MeanHeight(sheet, raised);
+  }
 }
 }

@@ -15,13 +15,29 @@
  */
 #pragma once
 
+#include "Filters/Common/RawVector.h"
+#include "Filters/Estimation/NearSheet.h"
 #include "Filters/Estimation/PlaneFit.h"
 
 namespace SurfelGeometry
 {
-/// Measures how far the surface is above each point, along its normal. Returns false if stopped.
-/// @param heights [n] world units; 0 where the points are flat or beside a fold, and without a
-/// plane
-bool MeasureHeights(const OrientedCloud& oriented, const PlaneFits& fits,
-  const StageProgress& progress, RawVector<float>& heights);
+/// How far the surface is above the points, along their normals, world units. 0 where the points
+/// are flat or beside a fold, and without a plane.
+struct SurfaceHeights
+{
+  RawVector<float> First; // [n] after the first step
+  RawVector<float> Final; // [n]
+
+  void Resize(std::size_t count);
+
+  /// The first step of point i. Others that have loaded its neighbours take it along.
+  void Rise(int i, const PlaneFit& fit, const NearSheet& sheet);
+
+  /// The first step of all points. Returns false if stopped.
+  bool RiseAll(const OrientedCloud& oriented, const PlaneFits& fits, const StageProgress& progress);
+
+  /// The second step of point i, after the first one of all.
+  /// @param ids [count] of the sheet
+  void RiseAgain(int i, const PlaneFit& fit, const NearSheet& sheet, const int* ids, int count);
+};
 }

@@ -172,8 +172,8 @@ void CutCell(const FlatSheet& sheet, double reach, CellPolygon& cell)
 class CellMeasurer
 {
 public:
-  CellMeasurer(
-    const OrientedCloud& oriented, const KernelSteering& steering, double blur, PlaneFits& fits)
+  CellMeasurer(const OrientedCloud& oriented, const KernelSteering& steering, double blur,
+    PlaneFits& fits, SurfaceHeights& heights)
     : Oriented(oriented)
     , Cloud(oriented.Cloud)
     , Tree(oriented.Tree)
@@ -181,6 +181,7 @@ public:
     , Steering(steering)
     , Blur(blur)
     , Fits(fits)
+    , Heights(heights)
   {
   }
 
@@ -351,6 +352,7 @@ private:
     const PlaneFit& fit = this->Fits[i];
     if (fit.Isolated || fit.Degenerate || !(fit.Spacing > 0.0))
     {
+      this->Heights.Final[i] = 0.0f;
       return false;
     }
     const int* ids = this->Graph.Row(static_cast<std::size_t>(i));
@@ -362,6 +364,7 @@ private:
     }
     const int count = CountIds(ids, CellNeighbors);
     this->LoadNear(i, ids, count);
+    this->Heights.RiseAgain(i, fit, this->Near, ids, count);
     this->Cell.Reset(CellReach);
     float radius = std::numeric_limits<float>::infinity(); // squared; of the cell so far
     int cuts = 0;
@@ -567,6 +570,7 @@ private:
   const KernelSteering& Steering;
   const double Blur; // spacings
   PlaneFits& Fits;
+  SurfaceHeights& Heights;
   Neighbors Found;
   pcl::Indices Seen;
   std::vector<int> Sparse;
@@ -581,11 +585,11 @@ private:
 }
 
 bool MeasureCells(const OrientedCloud& oriented, const KernelSteering& steering, double blur,
-  const StageProgress& progress, PlaneFits& fits, VoronoiCells& cells)
+  const StageProgress& progress, PlaneFits& fits, VoronoiCells& cells, SurfaceHeights& heights)
 {
   cells.resize(fits.size());
   return ParallelFor(oriented.Cloud.Size(), progress, [&](vtkIdType begin, vtkIdType end) {
-    CellMeasurer measurer(oriented, steering, blur, fits);
+    CellMeasurer measurer(oriented, steering, blur, fits, heights);
     for (vtkIdType i = begin; i < end; ++i)
     {
       cells[i] = measurer.Measure(static_cast<int>(i));

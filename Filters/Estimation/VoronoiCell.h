@@ -16,6 +16,7 @@
 
 #include "Filters/Estimation/KernelSteering.h"
 #include "Filters/Estimation/PlaneFit.h"
+#include "Filters/Estimation/SurfaceHeights.h"
 
 namespace SurfelGeometry
 {
@@ -34,6 +35,7 @@ using VoronoiCells = RawVector<VoronoiCell>;
 /// @param blur of the cells: standard deviation, spacings
 /// @param fits of points with a cell: axis and variances become those of the blurred cell about
 /// its centroid, in the tangent plane, world units squared
+/// @param heights make their second step with the same neighbours
 bool MeasureCells(const OrientedCloud& oriented, const KernelSteering& steering, double blur,
-  const StageProgress& progress, PlaneFits& fits, VoronoiCells& cells);
+  const StageProgress& progress, PlaneFits& fits, VoronoiCells& cells, SurfaceHeights& heights);
 }
