@@ -3,9 +3,9 @@
 
 #include "Filters/Common/AvailableMemory.h"
 #include "Filters/Common/LocalCloud.h"
+#include "Filters/Common/ParityUnionFind.h"
 #include "Filters/Orientation/ConsistentSets.h"
 #include "Filters/Orientation/OrientationGraph.h"
-#include "Filters/Common/ParityUnionFind.h"
 #include "Filters/Orientation/Rooms.h"
 #include "Filters/Orientation/ScannerSides.h"
 #include "Filters/Orientation/SignPropagation.h"
@@ -44,7 +44,7 @@ public:
   /// Returns false if stopped.
   bool Run(const StageProgress& progress, OrientationResult& result)
   {
-    JoinSureEdges(this->Graph, this->Edges, this->Signs, this->Evidence);
+    JoinSureEdges(this->Edges, this->Signs, this->Evidence);
     ReturnFreeMemory();
     const bool finished = progress.Step(0.3) &&
       this->DecideSets(progress.Part(0.3, 0.5),

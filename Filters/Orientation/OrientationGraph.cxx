@@ -2,7 +2,6 @@
 #include "Filters/Orientation/OrientationGraph.h"
 
 #include "Filters/Common/LocalCloud.h"
-#include "Filters/Common/Multiversion.h"
 #include "Filters/Common/ParityUnionFind.h"
 #include "Filters/Orientation/ScannerSides.h"
 
@@ -117,12 +116,13 @@ constexpr std::uint32_t EdgesAhead = 8;
 /// The class of edges that may not join patches.
 constexpr unsigned char NotSure = SureEdges::NumberOfClasses;
 
-/// Sorts the sure edges, the surest first; the order within a class stays.
-/// @param classes [GraphDegree * points] of the slots of a piece; 0: the surest
-SureEdges SortByClass(const std::vector<unsigned char>& classes)
+/// The slots of the sure edges of a piece, the surest first; the order within a class stays.
+/// @param classes [GraphDegree * points] of the slots; 0: the surest
+/// @param ends of each class
+std::vector<std::uint32_t> SortByClass(
+  const std::vector<unsigned char>& classes, SureEdges::ClassEnds& ends)
 {
-  SureEdges sorted;
-  sorted.Ends.fill(0);
+  ends.fill(0);
   // Branch-free: which edges are sure is hard to predict.
   std::vector<std::uint32_t> sure(classes.size() + 1);
   std::uint32_t found = 0;
@@ -134,54 +134,50 @@ SureEdges SortByClass(const std::vector<unsigned char>& classes)
   sure.resize(found);
   for (const std::uint32_t slot : sure)
   {
-    ++sorted.Ends[classes[slot]];
+    ++ends[classes[slot]];
   }
   std::uint32_t sum = 0;
-  for (std::uint32_t& end : sorted.Ends)
+  for (std::uint32_t& end : ends)
   {
     const std::uint32_t size = end;
     end = sum; // first its beginning
     sum += size;
   }
-  sorted.Slots.resize(sum);
+  std::vector<std::uint32_t> sorted(sum);
   for (const std::uint32_t slot : sure)
   {
-    sorted.Slots[sorted.Ends[classes[slot]]++] = slot;
+    sorted[ends[classes[slot]]++] = slot;
   }
   return sorted;
 }
 
 /// Sure edges of the points from `first` to `last`, the surest first. Edges that close a loop of
 /// surer ones among these points are left out: they are in no spanning forest of the whole graph.
+/// @param classes, votes [GraphDegree * points]
 SureEdges ThinSureEdges(const NeighborGraph& graph, const std::vector<unsigned char>& classes,
-  vtkIdType first, vtkIdType last)
+  const float* votes, vtkIdType first, vtkIdType last)
 {
-  SureEdges sure = SortByClass(classes);
+  SureEdges sure;
+  const std::vector<std::uint32_t> slots = SortByClass(classes, sure.Ends);
   ParityUnionFind signs(static_cast<int>(last - first));
-  std::uint32_t kept = 0, slot = 0;
+  sure.Edges.reserve(slots.size());
+  std::uint32_t next = 0;
   for (std::uint32_t& end : sure.Ends)
   {
-    for (; slot < end; ++slot)
+    for (; next < end; ++next)
     {
-      const std::uint32_t edge = sure.Slots[slot];
-      const auto i = static_cast<int>(edge / GraphDegree);
-      const vtkIdType j = graph.Row(static_cast<size_t>(first + i))[edge % GraphDegree];
-      if (j < first || j >= last || signs.Join(i, static_cast<int>(j - first), false))
+      const std::uint32_t slot = slots[next], i = slot / GraphDegree;
+      const int j = graph.Row(static_cast<size_t>(first) + i)[slot % GraphDegree];
+      if (j < first || j >= last ||
+        signs.Join(static_cast<int>(i), static_cast<int>(j - first), false))
       {
-        sure.Slots[kept++] = edge;
+        sure.Edges.push_back({ 2 * i + (votes[slot] < 0.0f ? 1 : 0), j });
       }
     }
-    end = kept;
+    end = static_cast<std::uint32_t>(sure.Edges.size());
   }
-  sure.Slots.resize(kept);
-  sure.Slots.shrink_to_fit();
+  sure.Edges.shrink_to_fit();
   return sure;
-}
-
-/// The point that the edge in this slot leads to.
-const int& OtherEnd(const NeighborGraph& graph, size_t slot)
-{
-  return graph.Row(slot / GraphDegree)[slot % GraphDegree];
 }
 
 /// The class of a sure edge.
@@ -232,13 +228,12 @@ EdgeVotes CollectVotes(const LocalCloud& cloud, const PlaneFits& fits, const Nei
         }
       });
     }
-    edges.Sure[p] = ThinSureEdges(graph, classes, first, last);
+    edges.Sure[p] = ThinSureEdges(graph, classes, votes, first, last);
   });
   return edges;
 }
 
-void JoinSureEdges(
-  const NeighborGraph& graph, EdgeVotes& edges, ParityUnionFind& signs, std::vector<int>& evidence)
+void JoinSureEdges(EdgeVotes& edges, ParityUnionFind& signs, std::vector<int>& evidence)
 {
   const std::vector<SureEdges> pieces = std::move(edges.Sure);
   for (int sureness = 0; sureness < SureEdges::NumberOfClasses; ++sureness)
@@ -246,27 +241,22 @@ void JoinSureEdges(
     for (size_t p = 0; p < pieces.size(); ++p)
     {
       const SureEdges& sure = pieces[p];
-      const size_t first = GraphDegree * PieceSize * p;
+      const auto first = static_cast<int>(PieceSize * p);
       const auto end = sure.Ends[sureness];
       for (auto e = sureness > 0 ? sure.Ends[sureness - 1] : 0; e < end; ++e)
       {
         // The edges of a class are anywhere in the piece.
-        const size_t farther = first + sure.Slots[std::min(e + 2 * EdgesAhead, end - 1)];
-        SURFEL_PREFETCH(&OtherEnd(graph, farther));
-        SURFEL_PREFETCH(edges.Votes.data() + farther);
-        const size_t next = first + sure.Slots[std::min(e + EdgesAhead, end - 1)];
-        signs.Prefetch(static_cast<int>(next / GraphDegree));
-        signs.Prefetch(OtherEnd(graph, next));
-        const size_t slot = first + sure.Slots[e];
-        const auto i = static_cast<int>(slot / GraphDegree);
-        const bool differ = edges.Votes[slot] < 0.0f;
+        const SureEdge& next = sure.Edges[std::min(e + EdgesAhead, end - 1)];
+        signs.Prefetch(first + next.From());
+        signs.Prefetch(next.To);
+        const SureEdge& edge = sure.Edges[e];
         if (evidence.empty())
         {
-          signs.Join(i, OtherEnd(graph, slot), differ);
+          signs.Join(first + edge.From(), edge.To, edge.Differ());
         }
         else
         {
-          JoinSeen(i, OtherEnd(graph, slot), differ, signs, evidence);
+          JoinSeen(first + edge.From(), edge.To, edge.Differ(), signs, evidence);
         }
       }
     }

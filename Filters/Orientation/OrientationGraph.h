@@ -26,13 +26,27 @@ struct Edge
   float Vote;
 };
 
+/// An edge from a point of a piece of the cloud. All that joining it reads is here, so that edges
+/// anywhere in the piece are not looked up.
+struct SureEdge
+{
+  std::uint32_t
+    Packed; ///< twice the point, from the piece's first one on; 1 more: the signs differ
+  int To;   ///< in the cloud
+
+  int From() const { return static_cast<int>(this->Packed >> 1); }
+  bool Differ() const { return (this->Packed & 1) != 0; }
+};
+
 /// The sure edges of a piece of the cloud, which join points to patches, in classes by their votes.
 struct SureEdges
 {
   static constexpr int NumberOfClasses = 255;
 
-  std::vector<std::uint32_t> Slots; ///< from the piece's first one on; the surest first
-  std::array<std::uint32_t, NumberOfClasses> Ends; ///< of each class
+  using ClassEnds = std::array<std::uint32_t, NumberOfClasses>;
+
+  std::vector<SureEdge> Edges; ///< the surest first
+  ClassEnds Ends;              ///< of each class
 };
 
 /// The edges of the graph: slot GraphDegree i + k leads from i to its neighbour of rank k.
@@ -53,8 +67,7 @@ EdgeVotes CollectVotes(const LocalCloud& cloud, const PlaneFits& fits, const Nei
 /// Joins the sure edges, the surest first, and drops them: Kruskal's algorithm with the votes in
 /// classes.
 /// @param evidence as in ScannerSides.h; empty: scanners are not known
-void JoinSureEdges(
-  const NeighborGraph& graph, EdgeVotes& edges, ParityUnionFind& signs, std::vector<int>& evidence);
+void JoinSureEdges(EdgeVotes& edges, ParityUnionFind& signs, std::vector<int>& evidence);
 
 /// Points per piece of a parallel loop.
 constexpr vtkIdType PieceSize = 1 << 14;

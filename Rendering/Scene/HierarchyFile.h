@@ -16,7 +16,7 @@ namespace SurfelSplatting
 {
 /// Number of surfels from which Arrays::Samples are taken: each k-th of n surfels, where k is
 /// n / SampleCount rounded down.
-constexpr int SampleCount = 200000;
+constexpr int SampleCount = 100000;
 
 /**
  * Writes a file. Of surfels without a hierarchy, makes one, in the file itself: besides the input,

@@ -16,7 +16,7 @@ vtk_to_numpy = vtk("util.numpy_support").vtk_to_numpy
 
 FAR = 4.0  # largest coordinate over the diagonal of a cloud that is far from the origin
 LARGEST_CLOUD = 1e15  # the camera is farther away, and squares must stay in float's range
-SAMPLES = 200_000
+SAMPLES = 100_000
 ENOUGH = 50_000  # of which what is up, and from where it is seen, is told within 50 ms
 STEP = 0.1  # of the width of a box that grows
 SPARSE = 4.0  # times the usual distance between points
@@ -176,7 +176,9 @@ def _in_all(of_axes):
 
 def _within(points, low, high):
     with np.errstate(invalid="ignore"):
-        return _in_all((points >= low) & (points <= high))
+        x, y, z = ((values >= low[axis]) & (values <= high[axis])
+                   for axis, values in enumerate(points.T))  # three times as fast as rows
+    return x & y & z
 
 
 def _near_the_bulk(points, areas, finite):
@@ -236,6 +238,7 @@ def _within_fences(points, finite):
 
 def _typical_radius(covariances):
     """Two standard deviations of a kernel; gives a cloud of one point an extent."""
-    trace = covariances[:, :3].sum(axis=1)
+    xx, yy, zz = covariances[:, :3].T
+    trace = xx + yy + zz
     trace = trace[np.isfinite(trace) & (trace > 0)]
     return 2 * math.sqrt(np.median(trace)) if len(trace) else 0.0
