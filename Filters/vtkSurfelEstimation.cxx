@@ -242,15 +242,15 @@ private:
       this->Colors = GatherColors(input, this->Cloud());
       const double blur = isCell ? MeanBlur(this->Self->CellBlur) : this->Self->KernelScale;
       if (!SurfelGeometry::InterpolateColors(oriented, this->Fits, blur, progress.Part(0.0, 0.4),
-            this->Colors, steering, isCell ? &this->Heights : nullptr))
+            this->Colors, { steering, isCell ? &this->Heights : nullptr }))
       {
         return false;
       }
     }
     return !isCell ||
       ((areColored || this->Heights.RiseAll(oriented, this->Fits, progress.Part(0.3, 0.4))) &&
-        MeasureCells(oriented, steering, this->Self->CellBlur, progress.Part(0.4, 1.0), this->Fits,
-          this->Cells, this->Heights));
+        MeasureCells(oriented, { steering, this->Self->CellBlur }, progress.Part(0.4, 1.0),
+          this->Fits, this->Cells, this->Heights));
   }
 
   /// Kernel of the cloud's point i.

@@ -118,22 +118,21 @@ private:
 }
 
 bool InterpolateColors(const OrientedCloud& oriented, const PlaneFits& fits, double blur,
-  const StageProgress& progress, CloudColors& colors, KernelSteering& steering,
-  SurfaceHeights* heights)
+  const StageProgress& progress, CloudColors& colors, SheetResults others)
 {
   const Interpolator interpolator(oriented, fits, static_cast<float>(blur), colors);
   const vtkIdType count = oriented.Cloud.Size();
   ColorFits colorFits(static_cast<size_t>(count));
   CloudColors result(colors.size());
-  steering.resize(static_cast<size_t>(count));
+  others.Steering.resize(static_cast<size_t>(count));
   const auto fit = [&](vtkIdType i, vtkIdType end) {
     NearSheet sheet;
     for (; i < end; ++i)
     {
-      colorFits[i] = interpolator.Fit(static_cast<int>(i), sheet, steering[i]);
-      if (heights)
+      colorFits[i] = interpolator.Fit(static_cast<int>(i), sheet, others.Steering[i]);
+      if (others.Heights)
       {
-        heights->Rise(static_cast<int>(i), fits[i], sheet);
+        others.Heights->Rise(static_cast<int>(i), fits[i], sheet);
       }
     }
   };

@@ -25,14 +25,19 @@
 
 namespace SurfelGeometry
 {
+/// What the neighbours give besides colours, so that they are loaded once.
+struct SheetResults
+{
+  KernelSteering& Steering; ///< becomes [n]
+  SurfaceHeights* Heights;  ///< make their first step; or null
+};
+
 /**
- * @param blur     mean standard deviation of the kernels, spacings
- * @param colors   of the points; the result is bounded to 0 to 255
- * @param steering becomes [n]: the same neighbours give both
- * @param heights  make their first step with these neighbours as well; or null
+ * @param blur   mean standard deviation of the kernels, spacings
+ * @param colors of the points; the result is bounded to 0 to 255
+ * @param others become known
  * @return false if stopped
  */
 bool InterpolateColors(const OrientedCloud& oriented, const PlaneFits& fits, double blur,
-  const StageProgress& progress, CloudColors& colors, KernelSteering& steering,
-  SurfaceHeights* heights);
+  const StageProgress& progress, CloudColors& colors, SheetResults others);
 }

@@ -172,14 +172,14 @@ void CutCell(const FlatSheet& sheet, double reach, CellPolygon& cell)
 class CellMeasurer
 {
 public:
-  CellMeasurer(const OrientedCloud& oriented, const KernelSteering& steering, double blur,
-    PlaneFits& fits, SurfaceHeights& heights)
+  CellMeasurer(const OrientedCloud& oriented, const CellMetric& metric, PlaneFits& fits,
+    SurfaceHeights& heights)
     : Oriented(oriented)
     , Cloud(oriented.Cloud)
     , Tree(oriented.Tree)
     , Graph(oriented.Graph)
-    , Steering(steering)
-    , Blur(blur)
+    , Steering(metric.Steering)
+    , Blur(metric.Blur)
     , Fits(fits)
     , Heights(heights)
   {
@@ -584,12 +584,12 @@ private:
 };
 }
 
-bool MeasureCells(const OrientedCloud& oriented, const KernelSteering& steering, double blur,
+bool MeasureCells(const OrientedCloud& oriented, const CellMetric& metric,
   const StageProgress& progress, PlaneFits& fits, VoronoiCells& cells, SurfaceHeights& heights)
 {
   cells.resize(fits.size());
   return ParallelFor(oriented.Cloud.Size(), progress, [&](vtkIdType begin, vtkIdType end) {
-    CellMeasurer measurer(oriented, steering, blur, fits, heights);
+    CellMeasurer measurer(oriented, metric, fits, heights);
     for (vtkIdType i = begin; i < end; ++i)
     {
       cells[i] = measurer.Measure(static_cast<int>(i));

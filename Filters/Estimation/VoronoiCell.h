@@ -29,13 +29,18 @@ struct VoronoiCell
 
 using VoronoiCells = RawVector<VoronoiCell>;
 
+/// What is round in the tangent planes.
+struct CellMetric
+{
+  const KernelSteering& Steering; ///< [n], or empty: none
+  double Blur;                    ///< of the cells: standard deviation, spacings
+};
+
 /// Measures the cells of all points from their neighbours on the same sheet. Returns false if
 /// stopped.
-/// @param steering [n], or empty: none
-/// @param blur of the cells: standard deviation, spacings
 /// @param fits of points with a cell: axis and variances become those of the blurred cell about
 /// its centroid, in the tangent plane, world units squared
 /// @param heights make their second step with the same neighbours
-bool MeasureCells(const OrientedCloud& oriented, const KernelSteering& steering, double blur,
+bool MeasureCells(const OrientedCloud& oriented, const CellMetric& metric,
   const StageProgress& progress, PlaneFits& fits, VoronoiCells& cells, SurfaceHeights& heights);
 }
