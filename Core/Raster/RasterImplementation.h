@@ -5,6 +5,7 @@
  */
 #include "Core/Raster/BatchRaster.h"
 #include "Core/Raster/GaussianLayers.h"
+#include "Core/Raster/GaussiansInFocus.h"
 #include "Core/Raster/RasterTarget.h"
 #include "Core/Raster/RunLayers.h"
 
@@ -78,8 +79,16 @@ std::uint64_t AddBlocks(PixelTile& tile, const Splat& splat, const LensFootprint
 std::uint64_t AddGaussian(PixelTile& tile, const Splat& splat, const LensFootprint* lens,
   const TilePlace& place, const RasterSettings& settings, const RasterCallbacks& callbacks)
 {
-  return lens ? AddBlocks<true>(tile, splat, lens, place, settings, callbacks)
-              : AddBlocks<false>(tile, splat, lens, place, settings, callbacks);
+  if (lens)
+  {
+    return AddBlocks<true>(tile, splat, lens, place, settings, callbacks);
+  }
+  if (IsInFocus(splat, settings, callbacks))
+  {
+    return splat.Opacity > 0.0f ? AddInFocus<true>(tile, splat, place, settings.SkipHidden)
+                                : AddInFocus<false>(tile, splat, place, settings.SkipHidden);
+  }
+  return AddBlocks<false>(tile, splat, lens, place, settings, callbacks);
 }
 
 /// Pixels of a block that nothing which begins behind a depth can change by more than

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * Gaussians in space without a lens, in tiles that have nothing but finished layers: T has no
+ * moments, and what a fragment hides is T times its opacity. The sums are those of
+ * GaussianLayers.h, which has all else.
+ *
+ * Included by the translation units of the raster's targets (RasterTarget.h), whose own this code
+ * is.
+ */
+#pragma once
+
+#include "Core/Raster/BlocksOfSplats.h"
+#include "Core/Raster/GaussianLayers.h"
+
+namespace SurfelSplatting
+{
+namespace
+{
+/// Whether nothing but finished layers without moments is touched, and nobody asks for more.
+SURFELSPLATTING_INLINE bool IsInFocus(
+  const Splat& splat, const RasterSettings& settings, const RasterCallbacks& callbacks)
+{
+  return settings.LensRadius == 0.0f && !settings.HasLayers && !settings.Doubts &&
+    !callbacks.Leaked && splat.Shape <= -1.0f;
+}
+
+/// A Gaussian in focus, and the pixels of a block as it sees them.
+struct FocusedGaussian
+{
+  float A, K, B, Reach;
+  float Weight, Absorbs, Depth;
+  float Red, Green, Blue;
+  Lanes FirstX, FirstY; // from its centre to the pixels of the tile's first block
+
+  SURFELSPLATTING_INLINE FocusedGaussian(const Splat& s, const TilePlace& place)
+    : A(s.A)
+    , K(s.K)
+    , B(s.B)
+    , Reach(s.DepthX)
+    , Weight(s.Weight)
+    , Absorbs(s.Opacity)
+    , Depth(s.Near)
+    , Red(s.Red)
+    , Green(s.Green)
+    , Blue(s.Blue)
+    , FirstX(Lanes::Load(RampX) + (0.5f - place.X))
+    , FirstY(Lanes::Load(RampY) + (0.5f - place.Y))
+  {
+  }
+
+  /// q.
+  SURFELSPLATTING_INLINE Lanes RadiusSquared(int block) const
+  {
+    const Lanes dx = this->FirstX + FirstPixel[block % BlocksPerRow];
+    const Lanes dy = this->FirstY + FirstPixel[block / BlocksPerRow];
+    const Lanes u = dx + this->K * dy;
+    return this->A * u * u + this->B * dy * dy;
+  }
+};
+
+/// Composites the fragments of a Gaussian into a block.
+/// @return whether all of its pixels are opaque
+template <bool Absorbs>
+SURFELSPLATTING_INLINE bool CompositeInFocus(
+  FinishedLayers& done, const FocusedGaussian& s, const Lanes& q, const LaneMask& inside)
+{
+  const Lanes before = Lanes::Load(done.Transmittance);
+  const Lanes depth = s.Weight * ExpOfMinus(Smaller(0.5f * q, 80.0f));
+  const LaneMask visible = inside & (Lanes::Load(done.OccluderDepth) >= s.Depth);
+  const Lanes hides =
+    Select(visible, before * OpacityInSpace<Lanes>(depth, Absorbs ? s.Absorbs : 0.0f), 0.0f);
+  const Lanes after = Larger(before - hides, 0.0f);
+  AddTo(done.Red, hides * s.Red);
+  AddTo(done.Green, hides * s.Green);
+  AddTo(done.Blue, hides * s.Blue);
+  const LaneMask median = (before > 0.5f) & (after <= 0.5f);
+  Select(median, s.Depth, Lanes::Load(done.Depth)).Store(done.Depth);
+  after.Store(done.Transmittance);
+  return !Any(after > MinTransmittance);
+}
+
+/// Adds a Gaussian in focus. A function of its own, so that its constants stay in registers.
+/// @tparam Absorbs whether its weight is an optical depth, in part at least
+template <bool Absorbs>
+__attribute__((noinline)) std::uint64_t AddInFocus(
+  PixelTile& tile, const Splat& splat, const TilePlace& place, bool skipHidden)
+{
+  const FocusedGaussian s(splat, place);
+  std::uint64_t fragments = 0, opaque = 0;
+  for (std::uint64_t blocks =
+         BlocksOfSplat(splat, place, s.Reach, FewPixels) & ~(skipHidden ? tile.Opaque : 0);
+       blocks != 0; blocks &= blocks - 1)
+  {
+    // Without a branch for the blocks that are just beside it: it could not be predicted, and would
+    // take longer than they do.
+    const int block = __builtin_ctzll(blocks);
+    const Lanes q = s.RadiusSquared(block);
+    const LaneMask inside = q < s.Reach;
+    fragments += static_cast<std::uint64_t>(__builtin_popcount(inside.ToBits()));
+    const bool isOpaque = CompositeInFocus<Absorbs>(tile.Finished[block], s, q, inside);
+    opaque |= static_cast<std::uint64_t>(isOpaque ? 1 : 0) << block;
+  }
+  tile.Opaque |= opaque;
+  return fragments;
+}
+}
+}
