@@ -223,6 +223,32 @@ SURFELSPLATTING_INLINE Real ClampColor(const Real& x, double high)
   return IsFinite(x) ? Smaller(Larger(x, Real{}), Uniform<Real>(high)) : x;
 }
 
+/// Colours of Gaussians by their first Count harmonics, which is a constant so that each byte is at
+/// a constant place.
+/// @param direction from the lens's centre, unit length, local
+template <int Count, class Real, class Function>
+SURFELSPLATTING_INLINE void ColorByHarmonics(
+  const Vector3Of<Real>& direction, Function&& row, Real (&color)[4])
+{
+  static_assert(offsetof(PackedHarmonics, Unit) == 12 && offsetof(PackedHarmonics, Rest) == 16,
+    "a part of a row, and one for each channel");
+  Real basis[MaxHarmonics];
+  EvaluateHarmonics<Real>(direction, Count, basis);
+  const Columns<Real> floats = LoadColumns<Real>(0, row);
+  for (int c = 0; c < 3; ++c)
+  {
+    const Columns<Real> rest = LoadColumns<Real>(16 + 16 * c, row);
+    Real sum{};
+    for (int k = 1; k < Count; ++k)
+    {
+      sum += basis[k] * rest.SignedByte(k / 4, k % 4);
+    }
+    // The rest is like one harmonic with the coefficient Unit.
+    const Real harmonics[MaxHarmonics]{ basis[0], sum };
+    color[c] = ColorOfHarmonics(harmonics, 2, [&](int k) { return floats.Float(k == 0 ? c : 3); });
+  }
+}
+
 /// Colours of Gaussians by their harmonics for the direction from the lens's centre.
 template <class Real>
 SURFELSPLATTING_INLINE void GatherHarmonics(const SetupJob& job, const BatchIndices<Real>& index,
@@ -232,18 +258,17 @@ SURFELSPLATTING_INLINE void GatherHarmonics(const SetupJob& job, const BatchIndi
   const Vector3Of<Real> ahead{ Real{}, Real{}, Uniform<Real>(1.0) };
   const Vector3Of<Real> d = Multiply(job.CameraToLocal, job.Camera.Parallel ? ahead : s.P);
   const Real inverse = 1.0 / Larger(Norm(d), Uniform<Real>(1e-300));
-  Real basis[MaxHarmonics];
-  const int count = job.Cloud.NumberOfHarmonics;
-  EvaluateHarmonics<Real>({ d.X * inverse, d.Y * inverse, d.Z * inverse }, count, basis);
-  static_assert(offsetof(PackedHarmonics, Unit) == 12 && offsetof(PackedHarmonics, Rest) == 16,
-    "a part of a row, and one for each channel");
-  const Columns<Real> floats = LoadColumns<Real>(0, row);
-  for (int c = 0; c < 3; ++c)
+  const Vector3Of<Real> direction{ d.X * inverse, d.Y * inverse, d.Z * inverse };
+  switch (job.Cloud.NumberOfHarmonics)
   {
-    const Columns<Real> rest = LoadColumns<Real>(16 + 16 * c, row);
-    color[c] = ColorOfHarmonics(basis, count, [&](int k) {
-      return k == 0 ? floats.Float(c) : floats.Float(3) * rest.SignedByte(k / 4, k % 4);
-    });
+    case 1:
+      return ColorByHarmonics<1>(direction, row, color);
+    case 4:
+      return ColorByHarmonics<4>(direction, row, color);
+    case 9:
+      return ColorByHarmonics<9>(direction, row, color);
+    default:
+      return ColorByHarmonics<MaxHarmonics>(direction, row, color);
   }
 }
 

@@ -116,6 +116,7 @@ void SplatMaker::ForMemory(
     forNodes(run.Parents + skip / 2, count / 2 + 1);
   }
   const std::size_t begin = run.Begin + skip;
+  forElements(c.Harmonics, begin, count);
   if (run.Level > 0)
   {
     forNodes(begin, count);
@@ -131,6 +132,7 @@ void SplatMaker::ForMemory(
   forElements(c.Overlaps, begin, count);
   forElements(c.Opacities, begin, count);
   forElements(c.ColorsUChar, 4 * begin, 4 * count);
+  forElements(c.ColorsFloat, 4 * begin, 4 * count);
 }
 
 void SplatMaker::Prefetch(const CutRange& run) const
