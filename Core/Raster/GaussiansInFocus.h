@@ -65,7 +65,9 @@ SURFELSPLATTING_INLINE bool CompositeInFocus(
   FinishedLayers& done, const FocusedGaussian& s, const Lanes& q, const LaneMask& inside)
 {
   const Lanes before = Lanes::Load(done.Transmittance);
-  const Lanes depth = s.Weight * ExpOfMinus(Smaller(0.5f * q, 80.0f));
+  constexpr float perSquare = -0.72134752f; // exp(-q/2) is a power of two
+  const Lanes depth = Absorbs ? s.Weight * ExpOfMinus(Smaller(0.5f * q, 80.0f))
+                              : TimesPowerOfTwo(s.Weight, perSquare * q);
   const LaneMask visible = inside & (Lanes::Load(done.OccluderDepth) >= s.Depth);
   const Lanes hides =
     Select(visible, before * OpacityInSpace<Lanes>(depth, Absorbs ? s.Absorbs : 0.0f), 0.0f);
