@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Gaussians in space without a lens, in tiles that have nothing but finished layers: T has no
+ * Leaves of captures without a lens, in tiles that have nothing but finished layers: T has no
  * moments, and what a fragment hides is T times its opacity. The sums are those of
  * GaussianLayers.h, which has all else.
  *
@@ -16,19 +16,20 @@ namespace SurfelSplatting
 {
 namespace
 {
-/// Whether nothing but finished layers without moments is touched, and nobody asks for more.
+/// Whether it is a leaf of a capture that touches nothing but finished layers without moments, and
+/// nobody asks for more. Optical depths stay with the others, which round otherwise.
 SURFELSPLATTING_INLINE bool IsInFocus(
   const Splat& splat, const RasterSettings& settings, const RasterCallbacks& callbacks)
 {
   return settings.LensRadius == 0.0f && !settings.HasLayers && !settings.Doubts &&
-    !callbacks.Leaked && splat.Shape <= -1.0f;
+    !callbacks.Leaked && splat.Opacity <= 0.0f && splat.Shape <= -1.0f;
 }
 
 /// A Gaussian in focus, and the pixels of a block as it sees them.
 struct FocusedGaussian
 {
   float A, K, B, Reach;
-  float Weight, Absorbs, Depth;
+  float Weight, Depth;
   float Red, Green, Blue;
   Lanes FirstX, FirstY; // from its centre to the pixels of the tile's first block
 
@@ -38,7 +39,6 @@ struct FocusedGaussian
     , B(s.B)
     , Reach(s.DepthX)
     , Weight(s.Weight)
-    , Absorbs(s.Opacity)
     , Depth(s.Near)
     , Red(s.Red)
     , Green(s.Green)
@@ -60,17 +60,14 @@ struct FocusedGaussian
 
 /// Composites the fragments of a Gaussian into a block.
 /// @return whether all of its pixels are opaque
-template <bool Absorbs>
 SURFELSPLATTING_INLINE bool CompositeInFocus(
   FinishedLayers& done, const FocusedGaussian& s, const Lanes& q, const LaneMask& inside)
 {
   const Lanes before = Lanes::Load(done.Transmittance);
   constexpr float perSquare = -0.72134752f; // exp(-q/2) is a power of two
-  const Lanes depth = Absorbs ? s.Weight * ExpOfMinus(Smaller(0.5f * q, 80.0f))
-                              : TimesPowerOfTwo(s.Weight, perSquare * q);
+  const Lanes weight = TimesPowerOfTwo(s.Weight, perSquare * q);
   const LaneMask visible = inside & (Lanes::Load(done.OccluderDepth) >= s.Depth);
-  const Lanes hides =
-    Select(visible, before * OpacityInSpace<Lanes>(depth, Absorbs ? s.Absorbs : 0.0f), 0.0f);
+  const Lanes hides = Select(visible, before * Smaller(weight, MaxOpacity), 0.0f);
   const Lanes after = Larger(before - hides, 0.0f);
   AddTo(done.Red, hides * s.Red);
   AddTo(done.Green, hides * s.Green);
@@ -81,9 +78,7 @@ SURFELSPLATTING_INLINE bool CompositeInFocus(
   return !Any(after > MinTransmittance);
 }
 
-/// Adds a Gaussian in focus. A function of its own, so that its constants stay in registers.
-/// @tparam Absorbs whether its weight is an optical depth, in part at least
-template <bool Absorbs>
+/// Adds a leaf in focus. A function of its own, so that its constants stay in registers.
 __attribute__((noinline)) std::uint64_t AddInFocus(
   PixelTile& tile, const Splat& splat, const TilePlace& place, bool skipHidden)
 {
@@ -99,7 +94,7 @@ __attribute__((noinline)) std::uint64_t AddInFocus(
     const Lanes q = s.RadiusSquared(block);
     const LaneMask inside = q < s.Reach;
     fragments += static_cast<std::uint64_t>(__builtin_popcount(inside.ToBits()));
-    const bool isOpaque = CompositeInFocus<Absorbs>(tile.Finished[block], s, q, inside);
+    const bool isOpaque = CompositeInFocus(tile.Finished[block], s, q, inside);
     opaque |= static_cast<std::uint64_t>(isOpaque ? 1 : 0) << block;
   }
   tile.Opaque |= opaque;
