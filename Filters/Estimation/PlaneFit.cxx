@@ -6,21 +6,26 @@
 #include "Filters/Common/NeighborSearch.h"
 #include "Filters/Common/ParallelMedian.h"
 #include "Filters/Estimation/PrincipalPlane.h"
+#include "Filters/Estimation/ScanLines.h"
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 namespace SurfelGeometry
 {
 namespace
 {
-/// Below this ratio of the two larger variances the neighbours are on a line: one scan line of a
-/// cloud whose lines are far apart. The search then takes more neighbours, to find the next line.
-constexpr double LineRatio = 0.02;
+/// Where the neighbours are on one line of a surface whose lines are far apart, the search takes so
+/// many times more, to find the next line.
 constexpr int LineGrowth = 4;
 
-/// Below this ratio they are on a line nevertheless, and the normal is arbitrary.
+/// At the ends of rods, more neighbours than these are on other things.
+constexpr int RodNeighbors = 8;
+
+/// Below this ratio of the two larger variances the neighbours are on a line, and the normal is
+/// arbitrary.
 constexpr double CollinearRatio = 1e-6;
 
 /// Minimum variance of the neighbours in p^2, where p is the distance of the second neighbour. A
@@ -41,22 +46,34 @@ public:
   {
   }
 
-  /// Fits point i to its neighbours. Changes `neighbors`.
-  PlaneFit Fit(int i, const float* given, Neighbors& neighbors)
+  /// Fits point i to its neighbours.
+  PlaneFit Fit(int i, const float* given, const Neighbors& neighbors, Spread& spread)
   {
-    Eigen::Matrix3d covariance = this->CovarianceAround(i, neighbors);
-    Principal principal(covariance);
     PlaneFit fit;
     fit.Reach = ReachOf(neighbors);
-    if (neighbors.Count() >= 3 && principal.Variances[1] < LineRatio * principal.Variances[2])
-    {
-      this->Find(i, LineGrowth, neighbors);
-      covariance = this->CovarianceAround(i, neighbors);
-      principal = Principal(covariance);
-    }
-    this->SetNormal(principal, given, fit);
-    this->SetExtent(covariance, neighbors, fit);
+    const Principal principal = this->FitTo(i, given, neighbors, fit);
+    spread = neighbors.Count() < 3 ? Spread::Round
+                                   : SpreadOf(principal.Variances[1], principal.Variances[2]);
     return fit;
+  }
+
+  /// Fits point i to the nearest neighbours, if these are those of a rod.
+  void FitToRod(int i, const float* given, Neighbors& neighbors, PlaneFit& fit)
+  {
+    this->Tree.FindNearest(i, RodNeighbors, neighbors);
+    const Principal principal(this->CovarianceAround(i, neighbors));
+    fit.OnRod = SpreadOf(principal.Variances[1], principal.Variances[2]) >= Spread::Narrow;
+    if (fit.OnRod)
+    {
+      this->FitTo(i, given, neighbors, fit);
+    }
+  }
+
+  /// Fits point i, on a line of a surface, to the next lines as well.
+  void FitToLines(int i, const float* given, Neighbors& neighbors, PlaneFit& fit)
+  {
+    this->Find(i, LineGrowth, neighbors);
+    this->FitTo(i, given, neighbors, fit);
   }
 
   /// Finds the neighbours of the fit and those that are stored, with one query.
@@ -103,6 +120,15 @@ public:
   }
 
 private:
+  Principal FitTo(int i, const float* given, const Neighbors& neighbors, PlaneFit& fit)
+  {
+    const Eigen::Matrix3d covariance = this->CovarianceAround(i, neighbors);
+    const Principal principal(covariance);
+    this->SetNormal(principal, given, fit);
+    this->SetExtent(covariance, neighbors, fit);
+    return principal;
+  }
+
   Eigen::Matrix3d CovarianceAround(int i, const Neighbors& neighbors)
   {
     this->Around.Load(this->Cloud, i, neighbors.Ids.data(), neighbors.Count());
@@ -369,21 +395,24 @@ void BoundIsolated(
     }
   });
 }
+
+const float* GivenNormal(const FitInput& input, int i)
+{
+  const std::vector<float>& given = input.GivenNormals;
+  return given.empty() ? nullptr : given.data() + 3 * static_cast<size_t>(i);
 }
 
-bool FitPlanes(
-  const FitInput& input, const StageProgress& progress, PlaneFits& fits, NeighborGraph& graph)
+/// Fits all points to their nearest neighbours. Returns false if stopped.
+bool FitToNearest(const FitInput& input, const StageProgress& progress, PlaneFits& fits,
+  NeighborGraph& graph, Spreads& spreads)
 {
   const LocalCloud& cloud = input.Cloud;
   const FitSettings& settings = input.Settings;
-  const std::vector<float>& given = input.GivenNormals;
-  const size_t count = static_cast<size_t>(cloud.Size());
-  fits.resize(count);
   const bool isKnown = !graph.Ids.empty() && graph.AreNearest && !settings.UseRadius &&
     settings.NumberOfNeighbors <= KeptNeighbors;
-  graph.Ids.resize(KeptNeighbors * count);
+  graph.Ids.resize(KeptNeighbors * fits.size());
   graph.AreNearest = !settings.UseRadius;
-  const bool finished = ParallelFor(cloud.Size(), progress, [&](vtkIdType begin, vtkIdType end) {
+  return ParallelFor(cloud.Size(), progress, [&](vtkIdType begin, vtkIdType end) {
     Fitter fitter(cloud, input.Tree, settings);
     Neighbors neighbors;
     for (vtkIdType i = begin; i < end; ++i)
@@ -397,15 +426,99 @@ bool FitPlanes(
       {
         fitter.FindAndKeep(self, graph, neighbors);
       }
-      fits[i] = fitter.Fit(self, given.empty() ? nullptr : given.data() + 3 * i, neighbors);
+      fits[i] = fitter.Fit(self, GivenNormal(input, self), neighbors, spreads[i]);
     }
   });
-  if (!finished)
+}
+
+/// Whether half of the nearest neighbours are on lines and strips, too: random points are by
+/// chance.
+bool IsAmongStrips(int i, const Spreads& spreads, const NeighborGraph& graph)
+{
+  const int* ids = graph.Row(static_cast<size_t>(i));
+  const auto strips = std::count_if(ids, ids + CountIds(ids, RodNeighbors),
+    [&spreads](int j) { return spreads[j] >= Spread::Narrow; });
+  return 2 * strips >= RodNeighbors;
+}
+
+/// Marks the points on rods, and fits those on lines of surfaces again. Returns false if stopped.
+bool FitScanLines(const FitInput& input, const Spreads& spreads, const ScanLines& lines,
+  const NeighborGraph& graph, const StageProgress& progress, PlaneFits& fits)
+{
+  const std::vector<int>& points = lines.Points();
+  const auto count = static_cast<vtkIdType>(points.size());
+  return ParallelFor(count, progress, [&](vtkIdType k, vtkIdType end) {
+    Fitter fitter(input.Cloud, input.Tree, input.Settings);
+    ScanLines::Query query;
+    Neighbors neighbors;
+    for (; k < end; ++k)
+    {
+      const int i = points[static_cast<size_t>(k)];
+      fits[i].OnRod = IsAmongStrips(i, spreads, graph) && !lines.IsOfSurface(i, query);
+      if (!fits[i].OnRod && spreads[i] == Spread::Line)
+      {
+        fitter.FitToLines(i, GivenNormal(input, i), neighbors, fits[i]);
+      }
+    }
+  });
+}
+
+/// Neighbours of points on rods: they may be on the ends of these.
+std::vector<int> PointsBesideRods(
+  const std::vector<int>& lines, const NeighborGraph& graph, const PlaneFits& fits)
+{
+  std::vector<int> points;
+  for (const int i : lines)
+  {
+    const int* ids = graph.Row(static_cast<size_t>(i));
+    if (fits[i].OnRod)
+    {
+      std::copy_if(ids, ids + CountIds(ids, KeptNeighbors), std::back_inserter(points),
+        [&fits](int j) { return !fits[j].OnRod; });
+    }
+  }
+  std::sort(points.begin(), points.end());
+  points.erase(std::unique(points.begin(), points.end()), points.end());
+  return points;
+}
+
+/// Fits points on lines again, and the ends of rods. Returns false if stopped.
+bool FitLines(const FitInput& input, const Spreads& spreads, const NeighborGraph& graph,
+  const StageProgress& progress, PlaneFits& fits)
+{
+  const ScanLines lines(input.Cloud, spreads);
+  if (!FitScanLines(input, spreads, lines, graph, progress.Part(0.0, 0.8), fits))
   {
     return false;
   }
-  BoundIsolated(settings.IsolationFactor, cloud, graph, fits);
-  vtkSMPTools::For(0, cloud.Size(), [&](vtkIdType i, vtkIdType end) {
+  const std::vector<int> points = PointsBesideRods(lines.Points(), graph, fits);
+  const auto count = static_cast<vtkIdType>(points.size());
+  return ParallelFor(count, progress.Part(0.8, 1.0), [&](vtkIdType k, vtkIdType end) {
+    Fitter fitter(input.Cloud, input.Tree, input.Settings);
+    Neighbors neighbors;
+    for (; k < end; ++k)
+    {
+      const int i = points[static_cast<size_t>(k)];
+      fitter.FitToRod(i, GivenNormal(input, i), neighbors, fits[i]);
+    }
+  });
+}
+}
+
+bool FitPlanes(
+  const FitInput& input, const StageProgress& progress, PlaneFits& fits, NeighborGraph& graph)
+{
+  const size_t count = static_cast<size_t>(input.Cloud.Size());
+  Spreads spreads(count);
+  fits.resize(count);
+  if (!FitToNearest(input, progress.Part(0.0, 0.9), fits, graph, spreads) ||
+    !FitLines(input, spreads, graph, progress.Part(0.9, 1.0), fits))
+  {
+    return false;
+  }
+  const FitSettings& settings = input.Settings;
+  BoundIsolated(settings.IsolationFactor, input.Cloud, graph, fits);
+  vtkSMPTools::For(0, input.Cloud.Size(), [&](vtkIdType i, vtkIdType end) {
     for (; i < end; ++i)
     {
       if (!(fits[i].Spacing > 0.0))
@@ -437,7 +550,7 @@ bool RefineExtents(const OrientedCloud& oriented, const FitSettings& settings,
       const int* nearest = oriented.Graph.Row(i);
       const auto onOtherSheets = std::count_if(
         nearest, nearest + GraphDegree, [&](int j) { return j >= 0 && !isOfMySheet(j); });
-      if (onOtherSheets >= MixedNeighbors && !fits[i].Isolated && !fits[i].Degenerate)
+      if (onOtherSheets >= MixedNeighbors && fits[i].HasPlane())
       {
         fitter.Refit(self, neighbors, fits[i], isOfMySheet);
       }

@@ -65,7 +65,7 @@ double VarianceOf(const PlaneFit& fit)
 
 bool HasPlane(const PlaneFit& fit)
 {
-  return !fit.Isolated && !fit.Degenerate && !fit.OnPlate;
+  return fit.HasPlane() && !fit.OnPlate;
 }
 
 bool MayBeAtEdge(const PlaneFit& fit)

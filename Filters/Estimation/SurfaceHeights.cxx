@@ -32,7 +32,7 @@ SURFEL_MULTIVERSION float MeanHeight(const NearSheet& near, const float* raised)
 
 bool HasHeight(const PlaneFit& fit)
 {
-  return !fit.Isolated && !fit.Degenerate && fit.Spacing > 0.0f && !(fit.Flatness < FlatEnough);
+  return fit.HasPlane() && fit.Spacing > 0.0f && !(fit.Flatness < FlatEnough);
 }
 
 /// Normals may be means over a fold of the sheet.

@@ -350,7 +350,7 @@ private:
   bool CutByNearest(int i)
   {
     const PlaneFit& fit = this->Fits[i];
-    if (fit.Isolated || fit.Degenerate || !(fit.Spacing > 0.0))
+    if (!fit.HasPlane() || !(fit.Spacing > 0.0))
     {
       this->Heights.Final[i] = 0.0f;
       return false;

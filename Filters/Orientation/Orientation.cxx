@@ -148,7 +148,7 @@ private:
         PlaneFit& fit = this->Fits[i];
         const bool isKnown = isWhole || (side != 0 && !this->AreOpen[i]);
         const bool hasOutside = fit.Given ||
-          (isKnown && !fit.Isolated && !fit.Degenerate && !this->IsTurnedAway(input, i, side));
+          (isKnown && fit.HasPlane() && !this->IsTurnedAway(input, i, side));
         result.TwoSided[i] = hasOutside ? 0 : 1;
         if (!fit.Given)
         {

@@ -22,7 +22,7 @@ constexpr double SeenFlatness = 0.15;
 bool IsSurelySeen(const PlaneFit& fit, double facing)
 {
   return facing > 0.0 && facing * facing > fit.Flatness && fit.Flatness <= SeenFlatness &&
-    !fit.Isolated && !fit.Degenerate;
+    fit.HasPlane();
 }
 }
 

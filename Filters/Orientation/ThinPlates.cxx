@@ -193,7 +193,7 @@ bool TurnPlatesOutward(const LocalCloud& cloud, const NeighborGraph& graph,
     for (vtkIdType i = begin; i < end; ++i)
     {
       PlaneFit& fit = fits[i];
-      if (fit.Flatness < MinFlatness || fit.Given || fit.Isolated || fit.Degenerate)
+      if (fit.Flatness < MinFlatness || fit.Given || !fit.HasPlane())
       {
         continue;
       }

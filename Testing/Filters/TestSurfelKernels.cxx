@@ -348,6 +348,71 @@ TEST_CASE("Scan lines")
   CHECK(estimation->GetNumberOfDegeneratePoints() == 0);
 }
 
+/// A wall with points `pitch` apart.
+Sampled MakeWall(double pitch)
+{
+  return MakeRectangle({ 0, 0, 0 }, { 1, 0, 0 }, 1, { 0, 1, 0 }, 1, pitch, 0.4, Random(5));
+}
+
+/// The rods of a railing before a wall, each with one row of points: they look like scan lines, but
+/// become no sheet.
+TEST_CASE("Rods")
+{
+  const double pitch = 0.01;
+  std::vector<Vec> points = MakeWall(pitch).Points;
+  const size_t first = points.size();
+  Random random(6);
+  for (int rod = 0; rod < 6; ++rod)
+  {
+    for (int k = 0; k < 30; ++k)
+    {
+      points.push_back({ 0.2 + 0.1 * rod + 0.1 * pitch * random(),
+        0.25 + pitch * (k + 0.2 * random()), 0.4 + 0.1 * pitch * random() });
+    }
+  }
+  vtkNew<vtkSurfelEstimation> estimation;
+  estimation->SetInputData(ToPolyData(points));
+  estimation->Update();
+  const Surfels surfels(estimation->GetOutput());
+  for (size_t i = first; i < points.size(); ++i)
+  {
+    const auto id = static_cast<vtkIdType>(i);
+    CHECK(surfels.Area(id) <= 4.0 * pitch * pitch);
+    CHECK(surfels.IsTwoSided(id));
+  }
+}
+
+/// A scanner that looks along a floor has lines on it 12 times as far apart as their points, at the
+/// foot of a wall whose points are equally dense in both directions: the floor stays closed.
+TEST_CASE("Scan lines at the foot of a wall")
+{
+  const double pitch = 0.01, apart = 12.0 * pitch;
+  std::vector<Vec> points = MakeWall(0.4 * pitch).Points;
+  const size_t first = points.size();
+  Random random(6);
+  for (int row = 0; row < 20; ++row)
+  {
+    for (int k = 0; k < 100; ++k)
+    {
+      points.push_back({ pitch * (k + 0.2 * random()), 0.0, apart * (row + 1) });
+    }
+  }
+  vtkNew<vtkSurfelEstimation> estimation;
+  estimation->SetInputData(ToPolyData(points));
+  estimation->Update();
+  const Surfels surfels(estimation->GetOutput());
+  double area = 0.0, expected = 0.0;
+  for (size_t i = first; i < points.size(); ++i)
+  {
+    if (points[i][2] > 3.5 * apart)
+    {
+      area += surfels.Area(static_cast<vtkIdType>(i));
+      expected += pitch * apart;
+    }
+  }
+  CHECK_NEAR(area / expected, 1.0, 0.1);
+}
+
 /// Given normals, with kernels perpendicular to them, decide the side; unusable ones are replaced.
 /// They are kept where points agree. Where these have another slope, kernels follow the points.
 TEST_CASE("Given normals")

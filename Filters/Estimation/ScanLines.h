@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * Whether points on a line are those of a surface whose scan lines are far apart, or of a rod.
+ *
+ * Scanners that turn have dense lines, far from each other, and so has each scanner on a floor that
+ * it looks along: between the lines, the surface is closed. The points of a rod, a cable or a stem
+ * are on a line as well, but beside it there is nothing. Rods beside each other, as those of a
+ * railing, look like scan lines. But the scanner that saw them has equally dense points in both
+ * directions: around a rod most things show that. Around a scan line, most points are on lines,
+ * too.
+ */
+#pragma once
+
+#include "Filters/Common/RawVector.h"
+
+#include <memory>
+#include <vector>
+
+namespace SurfelGeometry
+{
+struct LocalCloud;
+class NeighborSearch;
+
+/// How the nearest neighbours of a point are spread.
+enum class Spread : unsigned char
+{
+  Round,
+  Long,   // in one direction at least twice as far as in the other
+  Narrow, // three times: a strip of two or three points across
+  Line,   // seven times
+};
+
+/// Of the two larger variances of the neighbours.
+Spread SpreadOf(double smaller, double larger);
+
+using Spreads = RawVector<Spread>;
+
+class ScanLines
+{
+public:
+  /// The cloud must outlive this object.
+  ScanLines(const LocalCloud& cloud, const Spreads& spreads);
+  ~ScanLines();
+  ScanLines(const ScanLines&) = delete;
+  void operator=(const ScanLines&) = delete;
+
+  /// Indices of the points whose neighbours are on a line, or a narrow strip.
+  const std::vector<int>& Points() const { return this->Lines; }
+
+  /// Room for the queries of one thread.
+  struct Query
+  {
+    std::vector<int> Ids;
+    std::vector<float> SquaredDistances;
+  };
+
+  /// Whether point i, one of these, is of a surface of such lines.
+  bool IsOfSurface(int i, Query& query) const;
+
+private:
+  void MakeSample(const Spreads& spreads);
+
+  const LocalCloud& Cloud;
+  std::vector<int> Lines;
+  std::vector<float> Positions;         // [3m] of a sample of the cloud
+  std::vector<unsigned char> AreLong;   // [m]
+  std::unique_ptr<NeighborSearch> Tree; // of the sample; null: all lines are of surfaces
+};
+}
