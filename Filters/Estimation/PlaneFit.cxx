@@ -21,6 +21,10 @@ namespace
 /// many times more, to find the next line.
 constexpr int LineGrowth = 4;
 
+/// Neighbours that are so many times as far as those before them are on other things: a few far
+/// returns of a scanner would else become discs as large as the space about them.
+constexpr float GapRatio = 3.0f;
+
 /// At the ends of rods, more neighbours than these are on other things.
 constexpr int RodNeighbors = 8;
 
@@ -46,11 +50,12 @@ public:
   {
   }
 
-  /// Fits point i to its neighbours.
-  PlaneFit Fit(int i, const float* given, const Neighbors& neighbors, Spread& spread)
+  /// Fits point i to its neighbours, and drops those beyond a gap.
+  PlaneFit Fit(int i, const float* given, Neighbors& neighbors, Spread& spread)
   {
     PlaneFit fit;
     fit.Reach = ReachOf(neighbors);
+    CutAtGap(neighbors);
     const Principal principal = this->FitTo(i, given, neighbors, fit);
     spread = neighbors.Count() < 3 ? Spread::Round
                                    : SpreadOf(principal.Variances[1], principal.Variances[2]);
@@ -156,6 +161,25 @@ private:
   {
     const int rank = std::min(ReachRank, neighbors.Count());
     return rank > 0 ? std::sqrt(neighbors.SquaredDistances[rank - 1]) : 0.0f;
+  }
+
+  /// Drops the neighbours beyond a gap.
+  static void CutAtGap(Neighbors& neighbors)
+  {
+    const std::vector<float>& squares = neighbors.SquaredDistances;
+    constexpr float ratio = GapRatio * GapRatio;
+    const int count = neighbors.Count();
+    if (count <= ReachRank || squares[count - 1] <= ratio * squares[ReachRank - 1])
+    {
+      return;
+    }
+    int kept = ReachRank;
+    while (kept < count && squares[kept] <= ratio * squares[kept - 1])
+    {
+      ++kept;
+    }
+    neighbors.Ids.resize(kept);
+    neighbors.SquaredDistances.resize(kept);
   }
 
   void SetNormal(const Principal& principal, const float* given, PlaneFit& fit) const

@@ -176,6 +176,26 @@ TEST_CASE("Sparse without a plane")
   CHECK(flat.Estimation->GetNumberOfIsolatedPoints() == 0);
 }
 
+/// A few far returns beside each other, in a plane: they are as large as the space between them,
+/// not as that to the nearest surface.
+TEST_CASE("Few far returns")
+{
+  const double spacing = std::sqrt(4.0 * Pi / 20000);
+  for (const int columns : { 3, 4, 5 })
+  {
+    std::vector<Vec> points = MakeSphere(1.0, 20000, Random(2)).Points;
+    for (int k = 0; k < 3 * columns; ++k)
+    {
+      points.push_back({ 2.5, 3.0 * spacing * (k / 3), 3.0 * spacing * (k % 3) });
+    }
+    Run run(points);
+    for (vtkIdType i = 20000; i < run.Result().Count(); ++i)
+    {
+      CHECK(run.Result().Area(i) <= 40.0 * spacing * spacing);
+    }
+  }
+}
+
 TEST_CASE("Collinear")
 {
   std::vector<Vec> points;
