@@ -53,6 +53,11 @@ class TestBadInput(ToolCase):
     # --- clouds ---------------------------------------------------------------------------------
     def test_files_that_are_no_clouds(self):
         self.refuse_cloud("missing.ply", "does not exist")
+        self.refuse_cloud("okay.ply", "does not exist; did you mean ok.ply?")
+        os.makedirs("in/a folder")
+        write("in/a folder/scan.ply", "")
+        self.refuse_cloud("in/a folder/scn.ply", "did you mean in/a folder/scan.ply?")
+        self.refuse("render", ".", says="surfelsplat: . is a folder; give a point cloud file")
         os.mkdir("folder.ply")
         self.refuse_cloud("folder.ply", "is a folder")
         self.refuse_cloud(write("empty.ply", ""), "empty")
@@ -211,7 +216,9 @@ class TestBadInput(ToolCase):
         self.refuse("paint", says="'paint' is no command; give one of view, web, render")
         self.refuse("rendr", "ok.ply", says="did you mean render?")
         self.refuse("ok.ply", says="first, for example surfelsplat view ok.ply")
-        self.refuse_options("--background", "white", says="expected 3 arguments: R G B")
+        self.refuse_options("--background", "whit", says="'whit' is no colour; did you mean white?")
+        self.refuse_options("--background=#12345", says="'#12345' is no colour")
+        self.refuse_options("--background", "0.5", says="expected 3 arguments: R G B")
         self.refuse("render", says="CLOUD")
         self.refuse("film", "ok.ply", says="--output")
 

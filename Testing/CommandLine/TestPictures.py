@@ -85,6 +85,15 @@ class TestPictures(ToolCase):
         np.testing.assert_array_equal(opaque[..., 3], 1)
         expected = plain[..., :3] + (1 - plain[..., 3:]) * [0.2, 0.4, 1]
         np.testing.assert_allclose(opaque[..., :3], expected, atol=1e-5)
+        for words in (["--background", "#3366ff"], ["--background=#3366FF"]):
+            self.render(*words, "ball.ply", *CAMERA, *SMALL, "-o", "hex.exr")
+            np.testing.assert_allclose(self.read_rgba("hex.exr"), opaque, atol=1e-5)
+
+    def test_background_has_names(self):
+        for name, color in (("white", (1, 1, 1)), ("Light Grey", (211 / 255,) * 3),
+                            ("black", (0, 0, 0))):
+            picture = self.picture(*CAMERA, *SMALL, "--background", name)
+            np.testing.assert_allclose(picture[0, 0], (*color, 1), atol=1e-6)
 
     def test_png_is_the_same_picture_in_bytes(self):
         for options, background in (([], (0.16, 0.17, 0.19)), (["--unlit"], (0, 0, 0)),

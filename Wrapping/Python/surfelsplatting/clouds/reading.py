@@ -2,7 +2,9 @@
 """Reads point clouds of all formats that the tool supports."""
 
 import os
+from contextlib import suppress
 from dataclasses import dataclass, field
+from difflib import get_close_matches
 from typing import List, Optional, Tuple
 
 import numpy as np
@@ -278,11 +280,20 @@ _READERS = {
 }
 
 
+def _meant(path):
+    """-> the file beside it that may be meant, as the end of a sentence, or nothing"""
+    folder, name = os.path.split(path)
+    near = []
+    with suppress(OSError):  # a folder that is missing, or not readable
+        near = get_close_matches(name, os.listdir(folder or "."), 1)
+    return f"; did you mean {os.path.join(folder, near[0])}?" if near else ""
+
+
 def _check_file(path):
     if os.path.isdir(path):
         raise UserProblem(f"{path} is a folder; give a point cloud file, or several")
     if not os.path.exists(path):
-        raise UserProblem(f"{path} does not exist")
+        raise UserProblem(f"{path} does not exist{_meant(path)}")
     if not os.access(path, os.R_OK):
         raise UserProblem(f"{path} is not readable; check its permissions")
 

@@ -4,6 +4,7 @@
 import argparse
 import math
 import re
+from difflib import get_close_matches
 
 from ..problems import UserProblem
 
@@ -42,9 +43,39 @@ class Parser(argparse.ArgumentParser):
         raise UserProblem(f"{message} ({self.prog} --help lists the options)")
 
 
+def _rgb(name):
+    """-> [3] the numbers, as words, of a colour such as white, light grey or #ffc080"""
+    from ..backend import vtk  # takes 60 ms, and only names of colours need it
+
+    known = vtk("vtkCommonColor").vtkNamedColors()
+    plain = re.sub(r"[\s-]", "_", name)
+    *rgb, alpha = (known.GetColor4ub(plain) if known.ColorExists(plain) else
+                   known.HTMLColorToRGBA(name))
+    if alpha == 0:  # VTK's answer to what it does not know
+        near = get_close_matches(plain.lower(), known.GetColorNames().split(), 1)
+        raise UserProblem(f"--background: {name!r} is no colour; "
+                          + (f"did you mean {near[0]}?" if near else
+                             "give red, green and blue, 0 to 1 each, or a name such as white or "
+                             "#ffc080"))
+    return [f"{value / 255:.9g}" for value in rgb]
+
+
+def _spelt_out(words):
+    """The words with numbers in place of the name of a colour."""
+    for i, word in enumerate(words):
+        option, _, name = word.partition("=")
+        if option == "--background" and name and not NUMBER.match(name):
+            yield from [option, *_rgb(name)]
+        elif i and words[i - 1] == "--background" and not NUMBER.match(word) and word[:1] != "-":
+            yield from _rgb(word)
+        else:
+            yield word
+
+
 def split_numbers(words):
     """Words such as 1920x1080 or 0,0.5,2 after one of NUMBERS as so many words; a file may have such a
     name."""
+    words = list(_spelt_out(words))
     for i, word in enumerate(words):
         option, equals, text = word.partition("=")
         if not equals and i and words[i - 1] in NUMBERS:

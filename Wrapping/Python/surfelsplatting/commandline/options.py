@@ -103,9 +103,9 @@ def _add_color_options(parser):
                       help="the scalars that get the first and the last colour (default: the "
                            "smallest and the largest)")
     look.add_argument("--background", nargs=3, type=between(0, 1), metavar=("R", "G", "B"),
-                      help="colour behind the cloud, 0 to 1 each; makes the picture opaque "
-                           "(default: none in .exr; 0.16 0.17 0.19 in .png, or black with "
-                           "--unlit)")
+                      help="colour behind the cloud, 0 to 1 each, or a name such as white or "
+                           "#ffc080; makes the picture opaque (default: none in .exr; 0.16 0.17 "
+                           "0.19 in .png, or black with --unlit)")
     light = look.add_mutually_exclusive_group()
     light.add_argument("--lit", action="store_true",
                        help="light the cloud, most from the upper left (default: on, but off for "

@@ -96,7 +96,7 @@ def _name_output(arguments):
     arguments.is_output_chosen = arguments.output is None
     if arguments.is_output_chosen:
         extension = ".exr" if arguments.deep or arguments.channels else ".png"
-        arguments.output = os.path.basename(os.path.normpath(arguments.clouds[0])) + extension
+        arguments.output = os.path.basename(os.path.abspath(arguments.clouds[0])) + extension
 
 
 def check(arguments):
