@@ -2,15 +2,21 @@
 """Bad input: one line that says what is wrong, exit code 2, nothing written."""
 
 import contextlib
+import glob
 import importlib.util
 import json
 import os
 import resource
+import subprocess
+import sys
+import tempfile
 import unittest
+from unittest import mock
 
 import numpy as np
 
-from toolcase import SMALL, ToolCase, content_of, sphere, write, write_ply
+from surfelsplatting.problems import how_to_install
+from toolcase import SMALL, TOOL, ToolCase, content_of, sphere, write, write_ply
 
 
 @contextlib.contextmanager
@@ -261,6 +267,34 @@ class TestBadInput(ToolCase):
         with small_files():
             self.refuse("render", "ok.ply", "-o", "out.exr", says="out.exr")
         self.assertEqual(content_of("out.exr"), b"old")
+
+
+class TestMissingPackages(ToolCase):
+    def test_where_pip_may_not_install(self):
+        """Debian lets pip install into environments only; what it installs there is found."""
+        for is_managed, prefix, says in ((True, sys.base_prefix, "env/bin/pip install 'pye57'"),
+                                         (True, "/an/environment", ": pip install 'pye57'"),
+                                         (False, sys.base_prefix, ": pip install 'pye57'")):
+            with tempfile.TemporaryDirectory() as folder:
+                if is_managed:
+                    write(os.path.join(folder, "EXTERNALLY-MANAGED"), "")
+                with mock.patch("sysconfig.get_path", return_value=folder), \
+                        mock.patch.object(sys, "prefix", prefix):
+                    self.assertIn(says, "It needs pye57: " + how_to_install("'pye57'"))
+
+    @unittest.skipIf(sys.prefix != sys.base_prefix, "runs in an environment already")
+    def test_environment_beside_the_system(self):
+        with mock.patch("os.path.exists", return_value=True):
+            command = how_to_install("pye57").partition(" && ")[0]
+        self.assertTrue(command.endswith(" -m venv --system-site-packages ~/surfelenv"), command)
+        words = command.replace("~/surfelenv", "env").split()
+        subprocess.run([*words, "--without-pip"], check=True)
+        [packages] = glob.glob("env/lib/python*/site-packages")
+        write(os.path.join(packages, "pye57.py"), "raise SystemExit('of the environment')")
+        write("scan.e57", b"ASTM-E57")
+        result = subprocess.run(["env/bin/python", TOOL, "info", "scan.e57"], capture_output=True,
+                                text=True, check=False)
+        self.assertEqual(result.stderr, "of the environment\n")
 
 
 if __name__ == "__main__":

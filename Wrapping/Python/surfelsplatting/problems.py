@@ -2,12 +2,25 @@
 """Errors that are reported in one line, and warnings."""
 
 from difflib import get_close_matches
+import os
 import sys
 import warnings
 
 
 class UserProblem(Exception):
     """An error that the user can fix; the text says what is wrong and what to do."""
+
+
+def how_to_install(packages):
+    """The command that installs packages of pip, for messages. Where the system's packages are left to
+    its own installer, as on Debian, pip needs an environment."""
+    import sysconfig  # takes 3 ms, and only errors need it
+
+    is_managed = os.path.exists(os.path.join(sysconfig.get_path("stdlib"), "EXTERNALLY-MANAGED"))
+    if sys.prefix != sys.base_prefix or not is_managed:
+        return f"pip install {packages}"
+    return (f"{sys.executable} -m venv --system-site-packages ~/surfelenv && ~/surfelenv/bin/pip "
+            f"install {packages}, and then ~/surfelenv/bin/python {sys.argv[0]}")
 
 
 def check_names(names, known, call, otherwise):

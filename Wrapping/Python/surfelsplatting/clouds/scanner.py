@@ -9,7 +9,7 @@ import numpy as np
 from .degrees import cloud_of_degrees
 from .polydata import polydata_of
 from .stations import trusted_places, ways_of
-from ..problems import UserProblem
+from ..problems import UserProblem, how_to_install
 
 CHUNKS_OFFSET_AT = 96  # byte of the header with the offset of the points, which begin with that of
 # the table of chunks (LAZ specification 1.4, "Chunk table")
@@ -22,17 +22,18 @@ def _package(name, requirement, path):
     try:
         return importlib.import_module(name)
     except ImportError:
-        raise UserProblem(f"{path}: such files need the Python package {name}: pip install "
-                          f"'{requirement}'; or convert the file, for example with `pdal translate "
-                          f"{path} out.ply`") from None
+        how = how_to_install(f"'{requirement}'")
+        raise UserProblem(f"{path}: such files need the Python package {name}: {how}; or "
+                          f"convert the file, for example with `pdal translate {path} out.ply`") from None
 
 
 def _check_decoder(laspy, path):
     """laspy itself reads what is not compressed."""
     if path.lower().endswith(".laz") and not laspy.LazBackend.detect_available():
-        raise UserProblem(f"{path}: compressed files need a decoder for the Python package laspy: pip "
-                          f"install 'laspy[lazrs]'; or convert the file, for example with `pdal "
-                          f"translate {path} out.las`")
+        how = how_to_install("'laspy[lazrs]'")
+        raise UserProblem(f"{path}: compressed files need a decoder for the Python package laspy: "
+                          f"{how}; or convert the file, for example with `pdal translate {path} "
+                          "out.las`")
 
 
 def _arrays(rgb, intensity):

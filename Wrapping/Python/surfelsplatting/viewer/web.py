@@ -14,7 +14,7 @@ import sys
 from urllib.parse import quote
 
 from ..pictures import png_bytes, rgb_bytes
-from ..problems import UserProblem
+from ..problems import UserProblem, how_to_install
 from ..views.cameras import STILL_CELLS, view_values
 from .access import PARAMETER, Gate, is_loopback, new_token
 from .mouse import Mouse
@@ -36,7 +36,7 @@ def check_packages():
         import trame_rca  # noqa: F401
     except ImportError as error:
         raise UserProblem(f"surfelsplat web needs trame and trame-rca ({error}): "
-                          "pip install trame trame-rca") from None
+                          + how_to_install("trame trame-rca")) from None
 
 
 def _finite(value, largest):

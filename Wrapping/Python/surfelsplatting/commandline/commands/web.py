@@ -11,7 +11,7 @@ DESCRIPTION = """\
 Shows a point cloud in a page of a browser, with depth of field: drag to turn, click on what should
 be sharp, open the aperture with the slider. Pictures are rendered here, without OpenGL or display.
 
-Needs the Python packages trame and trame-rca: pip install trame trame-rca
+Needs the Python packages trame and trame-rca; without them, the command says how to install them.
 """
 
 
