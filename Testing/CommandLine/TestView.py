@@ -149,6 +149,19 @@ class TestWindow(ViewCase):
             + [f"scan-{number}{end}" for number in (1, 2, 3, 4)
                for end in (".camera.json", ".png")]))
 
+    def test_blur(self):
+        """It is that of the surfels, not of the points that are shown before, unless the aperture was
+        changed meanwhile."""
+        window = self.open("--blur", "30")  # 150 px of infinity, which is beyond the key Up
+        window.wait_for_surfels()
+        super().render("scan.ply", *LOOK, "--size", WIDTH, HEIGHT, "--blur", "30", "-o", "asked.png",
+                       "--save-camera", "asked.json")
+        self.assertAlmostEqual(window.save(1)["circleOfConfusion"],
+                               read_json("asked.json")["circleOfConfusion"], places=3)
+        window.key("l", "l")
+        self.assertAlmostEqual(window.save(2)["circleOfConfusion"],
+                               read_json("asked.json")["circleOfConfusion"], places=3)
+
     def test_moving(self):
         window = self.open()
         window.wait_for_surfels()
@@ -243,6 +256,22 @@ class TestScreen(ViewCase):
         self.assertGreater(saved[above].std(), 20)
         self.assertLessEqual(abs(screen - saved)[above].max(), 2)
         self.assertGreater(abs(screen - saved)[HEIGHT - 40:].max(), 50)
+
+    def test_largest_blur(self):
+        """Of what faces the camera in the picture: a ball of radius 1 from 6, whose horizon is 1/6 nearer
+        than its centre."""
+        viewer, _ = self.make("--focal-distance", "5", "--circle-of-confusion", "60")
+        horizon = 6 - 1 / 6
+        self.assertAlmostEqual(viewer.largest_blur(), 60 * (1 - 5 / horizon), delta=0.3)
+        viewer.zoom(6 / 1.5)  # the horizon is beside the picture, in whose corners the ball is
+        blurs = []
+        for tangent in (1, 5 / 3):  # of the upper end, and of the corner
+            angle = math.atan(tangent * math.tan(math.radians(15)))
+            cosine, sine = math.cos(angle), math.sin(angle)
+            depth = cosine * (1.5 * cosine - math.sqrt(1 - (1.5 * sine) ** 2))
+            blurs.append(60 * (1 - 0.5 / depth))
+        self.assertGreater(viewer.largest_blur(), blurs[0])
+        self.assertLess(viewer.largest_blur(), blurs[1])
 
     def test_finer_at_rest(self):
         points, colors = sphere(10_000)

@@ -13,16 +13,16 @@ from ..lighting import set_lights
 from ..problems import UserProblem
 from ..surfels import holds_gaussians
 from ..views.cameras import STILL_CELLS
-from ..views.focus import (blur_at, distance_in_focus, focused_on_front, point_at_pixel,
+from ..views.focus import (distance_in_focus, focused_on_front, largest_blur, point_at_pixel,
                            settle_focus)
-from ..views.framing import complete_view
+from ..views.framing import FEW_SAMPLES, complete_view
+from ..views.samples import Samples
 from ..views.vtkcamera import make_camera, set_camera, set_lens
 from ..vtkSurfelRendering import vtkSurfelImageRenderer
 from . import motions
 from .discs import discs_of, turn_discs
 
 APERTURES = (0, 4, 6, 8, 11, 16, 22, 32, 45, 64, 80, 100)  # px, blur radius at infinity
-LARGEST_APERTURE = APERTURES[-1]
 FIRST_APERTURE = 32.0  # when the lens is turned on
 
 
@@ -32,7 +32,7 @@ def _in_pixels(view):
     if view.focal_disk and not blur:
         focal_length = view.size[1] / 2 / math.tan(math.radians(view.view_angle) / 2)  # px
         blur = focal_length * view.focal_disk / 2 / distance_in_focus(view)
-    return replace(view, circle_of_confusion=min(blur, LARGEST_APERTURE), focal_disk=0.0)
+    return replace(view, circle_of_confusion=blur, focal_disk=0.0)
 
 
 def _with_point_in_focus(view):
@@ -63,6 +63,7 @@ class Viewer:
         self.renderer.SetBackground(look.background)
         self.renderer.SetBackgroundAlpha(1.0)
         look.set_splatter(self.renderer.GetSplatter())
+        self._surfels = self._samples = None
         self.is_preview = not cloud.is_drawable
         self._set_surfels(cloud.data if cloud.is_drawable else self._discs())
         self.view = self._first_view(view.size)
@@ -82,7 +83,8 @@ class Viewer:
         return "Gaussians" if holds_gaussians(self._surfels) else "surfels"
 
     def _set_surfels(self, surfels):
-        self._surfels = surfels
+        if surfels is not self._surfels:
+            self._surfels, self._samples = surfels, None
         self.renderer.RemoveAllActors()
         self.actor = self.look.make_actor(surfels, self.scalars)
         self.renderer.AddActor(self.actor)
@@ -96,12 +98,15 @@ class Viewer:
         return self._home
 
     def show_surfels(self, surfels):
-        """Shows the surfels in place of the points. The view stays if it was changed."""
+        """Shows the surfels in place of the points. What was changed of view and aperture stays."""
         self.is_preview = False
         self._set_surfels(surfels)
+        first, aperture = self._home.circle_of_confusion, self.aperture
         home = self._first_view(self.view.size)
         if not self._has_moved:
-            self.view = replace(home, circle_of_confusion=self.view.circle_of_confusion)
+            self.view = home
+        self._aperture = home.circle_of_confusion if self._aperture == first else self._aperture
+        self.aperture = home.circle_of_confusion if aperture == first else aperture
         self.renderer.SetCamera(self.camera)
         self._cloud.data = None  # frees the memory of a large cloud
 
@@ -138,8 +143,7 @@ class Viewer:
 
     @aperture.setter
     def aperture(self, pixels):
-        pixels = float(min(max(pixels, 0), LARGEST_APERTURE))
-        self.view = replace(self.view, circle_of_confusion=pixels)
+        self.view = replace(self.view, circle_of_confusion=float(pixels))
         self._aperture = pixels or self._aperture
 
     def step_aperture(self, direction):
@@ -159,13 +163,9 @@ class Viewer:
         self._change(replace(self.view, focus_point=point))
 
     def largest_blur(self):
-        """Radius of the blur at the end of the cloud that blurs more, px."""
-        low, high = (self.actor.GetBounds()[i::2] for i in (0, 1))
-        forward = np.subtract(self.view.focal_point, self.view.position)
-        forward /= np.linalg.norm(forward)
-        depths = [np.subtract(corner, self.view.position) @ forward
-                  for corner in itertools.product(*zip(low, high))]
-        return max([blur_at(self.view, depth) for depth in depths if depth > 0], default=0.0)
+        """Radius of the blur at the end of what is seen that blurs more, px."""
+        self._samples = self._samples or Samples(self._surfels, FEW_SAMPLES)
+        return largest_blur(self.view, self._samples)
 
     def scalar_names(self):
         return scalar_names(self._surfels)

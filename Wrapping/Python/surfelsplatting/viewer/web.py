@@ -150,17 +150,17 @@ class Page:
         state.stop = self._stop()
         state.lens = "Aperture: pinhole"
         if viewer.aperture:
-            state.lens = (f"Aperture {viewer.aperture:g} px, blur up to "
-                          f"{viewer.largest_blur():.2g} px")
+            state.lens = (f"Aperture {viewer.aperture:.3g} px, blur up to "
+                          f"{viewer.largest_blur():.3g} px")
         state.scalars = viewer.scalars or ""
         state.names = viewer.scalar_names()
         state.bar, state.ends = self._bar()
         state.news = self._news()
 
     def _stop(self):
-        """Place of the slider: the first aperture of the scale that is as open."""
-        return next(i for i, aperture in enumerate(APERTURES)
-                    if aperture >= self._viewer.aperture - 1e-9)
+        """Place of the slider: the first aperture of the scale that is as open, or the last."""
+        return next((i for i, aperture in enumerate(APERTURES)
+                     if aperture >= self._viewer.aperture - 1e-9), len(APERTURES) - 1)
 
     def _bar(self):
         if not self._viewer.scalars:

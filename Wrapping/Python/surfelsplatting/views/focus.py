@@ -202,6 +202,19 @@ def blur_at(view, depth):
     return float(infinite * abs(1 - focus / depth))
 
 
+def largest_blur(view, samples):
+    """Radius of the blur at the end of what faces the camera in the picture that blurs more, px."""
+    rays = samples.points - np.asarray(view.position)
+    forward = unit(np.subtract(view.focal_point, view.position))
+    right = unit(np.cross(forward, view.view_up))
+    depths = rays @ forward
+    high = np.tan(np.radians(view.view_angle) / 2) * depths
+    wide = high * view.size[0] / view.size[1]
+    is_seen = (np.abs(rays @ np.cross(right, forward)) < high) & (np.abs(rays @ right) < wide)
+    is_seen &= samples.two_sided | (np.einsum("ij,ij->i", rays, samples.areas) < 0)
+    return max((blur_at(view, end) for end in ends_of(depths[is_seen]) or ()), default=0.0)
+
+
 def _with_blur(view, depths):
     """The view with a lens that gives the end of the picture farther from the focus this blur."""
     ends = ends_of(depths)
