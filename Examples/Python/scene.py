@@ -8,6 +8,7 @@ Needs the package surfelsplatting (PYTHONPATH=build/lib/python3/dist-packages) a
 without one: xvfb-run -a -s "-screen 0 1280x1024x24 -noreset" scene.py
 """
 
+import os
 import sys
 
 import vtkmodules.vtkInteractionStyle  # noqa: F401
@@ -105,6 +106,8 @@ def main(cloud=None, picture="scene.png"):
 
 
 if __name__ == "__main__":
+    if not os.environ.get("DISPLAY"):
+        sys.exit("scene.py needs an X display; without one, see its first lines")
     clouds = [word for word in sys.argv[1:] if not word.endswith(".png")]
     pictures = [word for word in sys.argv[1:] if word.endswith(".png")]
     main(clouds[0] if clouds else None, pictures[0] if pictures else "scene.png")

@@ -148,6 +148,15 @@ class TestRender(unittest.TestCase):
         self.assertNotIn("0x", str(caught.warning))  # no addresses
         self.assertGreater(picture[90, 120].min(), 150)
 
+    def test_cleaning_is_logged(self):
+        """It is what was asked for, and no reason to warn."""
+        stray = [[3, 3, 3], [-3, 2, 1]]
+        with warnings.catch_warnings(), self.assertLogs("surfelsplatting", "INFO") as caught:
+            warnings.simplefilter("error")
+            render(np.concatenate([self.points, stray, stray]), camera=FRONT, size=(240, 180))
+        [text] = caught.output
+        self.assertRegex(text, "estimation of surfels: 2 duplicates dropped; 2 stray points removed")
+
     def test_repeatable(self):
         smp = vtk("vtkCommonCore").vtkSMPTools
         pictures = []

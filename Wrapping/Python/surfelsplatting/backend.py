@@ -49,7 +49,8 @@ def _advice():
     requirement = _requirement()
     if requirement:
         return f"Install its requirements: pip install '{requirement}'"
-    return "Use the interpreter that it was built for, without packages of the user: python3 -s"
+    return ("Use the interpreter that it was built for, without packages of the user; on Debian "
+            "/usr/bin/python3 -s")
 
 
 def check_choice():

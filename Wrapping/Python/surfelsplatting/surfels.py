@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Points to surfels in one call, with Python's exceptions and warnings instead of VTK's messages."""
 
+import logging
 import math
 
 import numpy as np
@@ -147,16 +148,17 @@ def one_of(value, choices, what):
     return value
 
 
-def update(algorithm, what, run=None):
+def update(algorithm, what, run=None, warns=lambda: True):
     """Updates an algorithm, or runs it. Raises its first error as a RuntimeError, and repeats its
-    warnings."""
+    warnings, in the log if warns() is not true."""
     observed = algorithm, algorithm.GetExecutive()
     with errors_of(*observed) as errors, errors_of(*observed, event="WarningEvent") as texts:
         (run or algorithm.Update)()
     if errors:
         raise RuntimeError(f"{what}: {errors[0]}")
+    tell = warn_user if texts and warns() else logging.getLogger("surfelsplatting").info
     for text in texts:
-        warn_user(f"{what}: {' '.join(text.split())}")
+        tell(f"{what}: {' '.join(text.split())}")
 
 
 def scan(points):
@@ -224,6 +226,15 @@ def _with_hierarchy(surfels):
     return _note_places(filters.GetOutput())
 
 
+def _has_faults(filters):
+    """Whether the input of a vtkPointsToSurfels has what nobody expects of a scan. That stray points and
+    noise are gone is what cleaning is for."""
+    estimation = filters.GetEstimation()
+    return any((filters.GetCleaning().GetNumberOfNonFinitePoints(),
+                estimation.GetNumberOfNonFinitePoints(), estimation.GetNumberOfInvalidNormals(),
+                estimation.GetNumberOfDegeneratePoints()))
+
+
 def make_surfels(points, *, cleaning="full", sides="auto", viewpoint=None, neighbors=None,
                  hierarchy=True):
     """A vtkPolyData of surfels from the points of a vtkPointSet; of Gaussians in space, they
@@ -252,7 +263,7 @@ def make_surfels(points, *, cleaning="full", sides="auto", viewpoint=None, neigh
     _set_sides(filters.GetEstimation(), points, sides, viewpoint)
     if neighbors is not None:
         filters.SetNumberOfNeighbors(int(number_in(neighbors, 4, 256, "neighbors")))
-    update(filters, "estimation of surfels")
+    update(filters, "estimation of surfels", warns=lambda: _has_faults(filters))
     surfels = filters.GetOutput()
     if surfels.GetNumberOfPoints() == 0:
         raise ValueError(f"none of the {count} points gives a surfel; are the coordinates finite and "

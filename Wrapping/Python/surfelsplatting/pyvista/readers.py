@@ -95,7 +95,7 @@ def read_capture(path: str | Path) -> pv.PolyData:
 
 
 def read_las(path: str) -> pv.PolyData:
-    """Read a ``.las`` or ``.laz`` file, with ``pip install surfelsplatting[las]``.
+    """Read a ``.las`` or ``.laz`` file, with the wheel's extra ``las``.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ def read_las(path: str) -> pv.PolyData:
 
 
 def read_e57(path: str) -> pv.PolyData:
-    """Read an ``.e57`` file, with ``pip install surfelsplatting[e57]``.
+    """Read an ``.e57`` file, with the wheel's extra ``e57``.
 
     Parameters
     ----------
