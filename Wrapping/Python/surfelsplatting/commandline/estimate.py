@@ -11,24 +11,13 @@ import signal
 import sys
 import time
 
-from ..backend import vtk
 from ..problems import UserProblem
 from ..viewer.estimation import file_of
+from .outputs import write_polydata
 from .session import Session
 
 NICENESS = 5  # so that turning stays smooth
 PERIOD = 0.1  # s between two lines of progress
-
-
-def _write(surfels, path):
-    writer = vtk("vtkIOXML").vtkXMLPolyDataWriter()
-    writer.SetInputData(surfels)
-    writer.SetHeaderTypeToUInt64()
-    writer.SetCompressorTypeToNone()
-    writer.SetEncodeAppendedData(False)
-    writer.SetFileName(path)
-    if not writer.Write() or writer.GetErrorCode():
-        raise UserProblem("the surfels do not fit into memory; use fewer points")
 
 
 def _say(**values):
@@ -72,7 +61,8 @@ def main():
     os.nice(NICENESS)
     arguments = argparse.Namespace(**json.load(sys.stdin))
     try:
-        _write(_estimate(arguments), file_of(sys.argv[1]))
+        if not write_polydata(_estimate(arguments), file_of(sys.argv[1])):
+            raise UserProblem("the surfels do not fit into memory; use fewer points")
     except UserProblem as problem:
         _say(problem=str(problem))
     except MemoryError:

@@ -130,16 +130,20 @@ def write_hierarchy(hierarchy, path, messages):
         _write_mapped(hierarchy, path, messages)
 
 
-def write_surfels(surfels, path, messages):
+def write_polydata(data, path):
+    """-> whether the whole .vtp file was written"""
     writer = vtk("vtkIOXML").vtkXMLPolyDataWriter()
-    writer.SetInputData(surfels)
+    writer.SetInputData(data)
     writer.SetHeaderTypeToUInt64()  # an array may pass 4 GiB
     writer.SetCompressorTypeToNone()  # floats hardly shrink, and zlib takes longer than splatting
     writer.SetEncodeAppendedData(False)
+    writer.SetFileName(path)
+    return bool(writer.Write()) and not writer.GetErrorCode()
+
+
+def write_surfels(surfels, path, messages):
     with whole_file(path) as temporary:
-        writer.SetFileName(temporary)
-        written = writer.Write()
-        if not written or writer.GetErrorCode():
+        if not write_polydata(surfels, temporary):
             raise UserProblem(f"cannot write {path}: writing failed; is the disk full?")
     messages.check()
 

@@ -15,8 +15,8 @@ from ..surfels import holds_gaussians
 from ..views.cameras import STILL_CELLS
 from ..views.focus import (distance_in_focus, focused_on_front, largest_blur, point_at_pixel,
                            settle_focus)
-from ..views.framing import FEW_SAMPLES, complete_view
-from ..views.samples import Samples
+from ..views.framing import complete_view
+from ..views.samples import ENOUGH, Samples
 from ..views.vtkcamera import make_camera, set_camera, set_lens
 from ..vtkSurfelRendering import vtkSurfelImageRenderer
 from . import motions
@@ -164,7 +164,7 @@ class Viewer:
 
     def largest_blur(self):
         """Radius of the blur at the end of what is seen that blurs more, px."""
-        self._samples = self._samples or Samples(self._surfels, FEW_SAMPLES)
+        self._samples = self._samples or Samples(self._surfels, ENOUGH)
         return largest_blur(self.view, self._samples)
 
     def scalar_names(self):

@@ -9,12 +9,11 @@ import numpy as np
 from .cameras import DEFAULT_ANGLE, Wishes, are_parallel, check_view, focal_length_of_angle
 from .homes import home_of
 from .rooms import may_be_room, name_of, options_inside
-from .samples import Samples
+from .samples import ENOUGH, Samples
 from .sensor import sensor_of
 from .turning import front_of, lengths, rotated, seen_from, turned, unit
 from .up import Up, find_up, floor_normal, is_open
 
-FEW_SAMPLES = 20_000  # enough for a share within one percent
 MARGIN = 0.92  # the fraction of the picture that the cloud fills
 AZIMUTH = math.radians(30)
 LOW, ELEVATION, HIGH = math.radians(5), math.radians(22), math.radians(50)
@@ -24,7 +23,6 @@ SLENDER = 1.5, 2.0  # the same of what is seen from ELEVATION, and from LOW
 HIDDEN = 0.8  # part of what is seen from HIGH, below which walls hide what matters
 AROUND = 0.03  # part of the area beyond a side of the frame, above which the cloud goes on there
 RASTER = 128  # cells along a side, of a picture that tells what is seen
-SEEN_SAMPLES = 50_000
 MIDDLE = 0.25  # half-height of the picture's middle over the half-height of the picture
 FRONT = 20  # percent of what is in the middle that is nearer than what a photographer focuses on
 CELLS = 4  # into which the middle is divided along each side
@@ -33,7 +31,7 @@ CELLS = 4  # into which the middle is divided along each side
 def share_facing_away(surfels, views):
     """The largest share of a surface that turns its back to the camera of a view, [0, 1]. Of a closed
     one it is that of the angles: half from outside, where the other half hides it, all inside."""
-    samples = Samples(surfels, FEW_SAMPLES)
+    samples = Samples(surfels, ENOUGH)
     return max(_share_facing_away(samples, view, not is_open(samples)) for view in views)
 
 
@@ -67,9 +65,8 @@ def _three_quarter_direction(samples, up):
 
 def _seen_area(samples, direction, up):
     """The area that nothing hides from this direction"""
-    step = max(1, len(samples.points) // SEEN_SAMPLES)
-    points, areas = samples.points[::step], samples.areas[::step]
-    facing = samples.two_sided[::step] | (areas @ direction > 0)
+    points, areas = samples.some.points, samples.some.areas
+    facing = samples.some.two_sided | (areas @ direction > 0)
     points, areas = points[facing], areas[facing]
     if not len(points):
         return 0.0

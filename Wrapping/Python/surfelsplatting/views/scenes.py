@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .samples import ENOUGH
 from .turning import front_of, rotated, unit
 from .up import EVEN, FLOOR, find_up
 
-SAMPLES = 50_000
 OPAQUE = 0.1  # opacity of Gaussians that count for where the subject is
 CELLS = 400  # of all directions
 HIDDEN = 0.5  # part of the light in a direction, above which it counts as hidden
@@ -44,7 +44,7 @@ class _Gaussians:
 
     def __init__(self, samples):
         points, opacities, covariances = samples.unfenced
-        some = slice(None, None, max(1, len(points) // SAMPLES))
+        some = slice(None, None, max(1, len(points) // ENOUGH))
         self.share = min(1.0, len(points[some]) / max(1, samples.count))
         self.points, self.opacities = points[some], np.clip(opacities[some], 0, 1)
         matrices = covariances[some][:, (0, 3, 5, 3, 1, 4, 5, 4, 2)].reshape(-1, 3, 3)
