@@ -161,6 +161,8 @@ class TestWindow(ViewCase):
         window.key("l", "l")
         self.assertAlmostEqual(window.save(2)["circleOfConfusion"],
                                read_json("asked.json")["circleOfConfusion"], places=3)
+        window.key("q")
+        self.assertEqual(window.wait(), 0)  # no other test finds it
 
     def test_moving(self):
         window = self.open()
