@@ -272,6 +272,8 @@ class TestOptions(ToolCase):
                          "--focus-pixel", "32", "24", "-o", "out.png", "-v")
         self.assertRegex(said, r"; x -0\.99\d+ to 0\.99.*, z -0\.99.*; spacing 0\.039\d")
         self.assertRegex(said, r"in focus at 5\.0\d+; blur radius there 0\.\d+ and 5 px")
+        sharp = self.tool("render", self.cloud, *CAMERA, *SMALL, "-o", "out.png", "-v")
+        self.assertRegex(sharp, r"in focus at 6\n")  # without a lens nothing blurs
 
 
 if __name__ == "__main__":

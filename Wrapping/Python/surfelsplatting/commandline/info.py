@@ -335,7 +335,7 @@ def _lines(report):
         yield "spacing", f"{spacing:.4g}, of points on the surface"
     yield "read", report["read_as"]
     for field in report["fields"] or [None]:
-        yield "field", _field_text(field) if field else "none but places"
+        yield "field", _field_text(field) if field else "none but coordinates"
     if "sensor" in report:
         yield "sensor", _place_text(report["sensor"])
     if "scanners" in report:

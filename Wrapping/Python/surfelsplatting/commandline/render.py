@@ -105,11 +105,14 @@ def _say_what_is_seen(depths, view, session):
     ends = ends_of(depths)
     if ends is None:
         return
+    seen = (f"seen from {ends[0]:.5g} to {ends[1]:.5g} along the view direction; in focus at "
+            f"{distance_in_focus(view):.5g}")
+    if not view.has_lens:
+        session.say(seen)
+        return
     blurs = [blur_at(view, end) for end in ends]
-    session.say(f"seen from {ends[0]:.5g} to {ends[1]:.5g} along the view direction; in focus at "
-                f"{distance_in_focus(view):.5g}; blur radius there {blurs[0]:.3g} and "
-                f"{blurs[1]:.3g} px")
-    if view.has_lens and max(blurs) < NO_BLUR:
+    session.say(f"{seen}; blur radius there {blurs[0]:.3g} and {blurs[1]:.3g} px")
+    if max(blurs) < NO_BLUR:
         session.warn([f"the lens blurs nothing that is seen by more than {max(blurs):.2g} px; "
                       "--blur PX opens it as far as that blur needs"])
 

@@ -235,8 +235,8 @@ class Window:
                    "l": viewer.toggle_lens, "c": self._next_colors,
                    "r": viewer.reset, "s": self._save,
                    "h": self._toggle_help, "q": self._interactor.TerminateApp,
-                   "plus": lambda: self._step_rate(-1), "KP_Add": lambda: self._step_rate(-1),
-                   "equal": lambda: self._step_rate(-1), "minus": lambda: self._step_rate(1), "KP_Subtract": lambda: self._step_rate(1)}
+                   **dict.fromkeys(("plus", "KP_Add", "equal"), lambda: self._step_rate(-1)),
+                   **dict.fromkeys(("minus", "KP_Subtract"), lambda: self._step_rate(1))}
         action = actions.get(self._interactor.GetKeySym())
         if action:
             self._tell("")
