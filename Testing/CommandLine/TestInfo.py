@@ -62,6 +62,17 @@ class TestInfo(ToolCase):
                 self.assertEqual("--cleaning off" in options, spacings == 0)
         self.assertRegex(self.info("noisy.ply"), r"noise +\d+ points \((99\S+|100) %\) fill space: ")
 
+    def test_bounds_of_noise(self):
+        """Those without stray points are no larger than those with them."""
+        random = np.random.default_rng(3)
+        write_ply("noisy.ply", np.column_stack([random.uniform(-1, 1, (8000, 2)),
+                                                0.03 * random.normal(size=8000)]))
+        report = self.report("noisy.ply")
+        for axis, (low, high) in report["bounds"].items():
+            smallest, largest = report["bounds_without_stray"][axis]
+            self.assertLessEqual(low, smallest)
+            self.assertLessEqual(largest, high)
+
     def test_two_scans(self):
         """One beside the other, and a scan that is there twice."""
         points, _ = sphere(20000)

@@ -71,6 +71,12 @@ def _bounds(points, origin=(0.0, 0.0, 0.0)):
             for axis, limits, shift in zip("xyz", ranges, origin)}
 
 
+def _cut_off(bounds, outer):
+    """Bounds of points of which smoothing has moved some beyond the outer bounds, those of the file."""
+    return {axis: limits and list(map(float, np.clip(limits, *outer[axis])))
+            for axis, limits in bounds.items()}
+
+
 def _clean(cloud, session):
     """-> the Cloud without stray points, and what cleaning has found."""
     cleaning = vtkPointCloudCleaning()
@@ -218,6 +224,7 @@ def _report(cloud, session):
     elif kind == "points":
         cleaned, report["points_found"] = _clean(cloud, session)
         report.update(_surface(cleaned, cloud, session))
+        report["bounds_without_stray"] = _cut_off(report["bounds_without_stray"], report["bounds"])
     else:
         report.update(_surface(cloud, cloud, session))
     report["suggestions"] = _suggestions(report, cloud)
