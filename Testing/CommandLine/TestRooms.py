@@ -4,12 +4,33 @@
 import math
 import re
 import unittest
+from pathlib import Path
 
 import numpy as np
+
+from surfelsplatting.views import rooms
 
 from roomclouds import CEILING, CUPBOARD, FLOOR, WALLS, room
 from toolcase import ToolCase, read_json, write_ply
 from viewclouds import TO_Y
+
+
+ORIENTATION = Path(__file__).parents[2] / "Filters" / "Orientation"
+
+
+class TestLimits(unittest.TestCase):
+    def test_filters_have_the_same(self):
+        """What the filters turn inward as a room, the views must show as one."""
+        text = "".join((ORIENTATION / name).read_text(encoding="utf-8")
+                       for name in ("Rooms.cxx", "OutsideDecision.h"))
+        found = {name: float(value) for name, value in re.findall(r"\b(\w+) = ([\d.]+)[,;]", text)}
+        low, high = rooms.BULK
+        for name, limit in (("WallCosine", rooms.WALL), ("LevelCosine", rooms.LEVEL),
+                            ("EndPart", rooms.END), ("LowPercentile", low / 100),
+                            ("HighPercentile", high / 100), ("MinLevel", rooms.LEAST),
+                            ("MinUpright", rooms.UPRIGHT), ("LowestRoom", rooms.HEIGHTS[0]),
+                            ("HighestRoom", rooms.HEIGHTS[1]), ("MaxImbalance", rooms.CLOSED)):
+            self.assertAlmostEqual(found[name], limit, msg=name)
 
 
 class TestRooms(ToolCase):
