@@ -52,7 +52,7 @@ void CheckFrame(const Frame& frame, const View& view)
 constexpr double WholeError = 0.75;
 
 /// Factor of the error of the cells themselves, if they are few.
-constexpr double FewCellsError = 1.1;
+constexpr double FewCellsError = 1.15;
 
 /// CutSettings::BlurGain of K cells. A node is off by the cube of its size over the blur of a cell,
 /// which is that of the lens over sqrt(K). Where all cells see it, their mean is off as the picture

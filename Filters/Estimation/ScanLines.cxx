@@ -32,8 +32,9 @@ constexpr double SampleShare = 1.0 / 16.0;
 constexpr int FewestSamples = 8;
 
 /// Of the wider neighbourhood, so many are long around a line of a surface. In simulated scans of a
-/// room, a facade and a tree from two places, 60 to 80 % of the points on lines are below: those of
-/// rods. Of the same places scanned in lines four and ten steps apart, 3 to 6 % are.
+/// room, a facade and a tree from two places, 60 to 80 % of the points on single lines are below,
+/// in a smaller sample: those of rods. Of the same places scanned in lines four and ten steps
+/// apart, 3 to 6 % are.
 constexpr double LongShare = 0.4;
 }
 
