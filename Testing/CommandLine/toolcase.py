@@ -17,7 +17,7 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkIOImage import vtkPNGReader
 from vtkmodules.vtkIOXML import vtkXMLPolyDataReader, vtkXMLPolyDataWriter
 
-from surfelsplatting import vtkSurfelFilters as filters
+from surfelsplatting.clouds import faces
 
 TOOL = os.environ["SURFELSPLAT"]
 PATIENCE = 60  # s, of tests that wait for another process
@@ -130,11 +130,11 @@ def wait_for(condition, what):
 
 def fewer_on_faces(count):
     """-> a patch by which meshes get so many points on their faces, for less time"""
-    class Fewer(filters.vtkPointsOnFaces):
+    class Fewer(faces.vtkPointsOnFaces):
         def __init__(self):
             self.SetNumberOfPoints(count)
 
-    return mock.patch.object(filters, "vtkPointsOnFaces", Fewer)
+    return mock.patch.object(faces, "vtkPointsOnFaces", Fewer)
 
 
 class ToolCase(unittest.TestCase):

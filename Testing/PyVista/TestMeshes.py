@@ -9,8 +9,7 @@ import warnings
 
 import numpy as np
 import pyvista as pv
-from surfelsplatting import vtkSurfelFilters
-from surfelsplatting.clouds.faces import on_faces
+from surfelsplatting.clouds import faces
 from surfelsplatting.pyvista.points import points_of
 from surfelsplatting.surfels import make_surfels
 
@@ -21,12 +20,12 @@ SPACING = (6 / SAMPLES) ** 0.5  # of the points on a cube; surfels at its edges 
 CORNER = [(4, 3, 5), (0, 0, 0), (0, 1, 0)]  # camera that sees three sides of a cube
 
 
-class Fewer(vtkSurfelFilters.vtkPointsOnFaces):
+class Fewer(faces.vtkPointsOnFaces):
     def __init__(self):
         self.SetNumberOfPoints(SAMPLES)
 
 
-vtkSurfelFilters.vtkPointsOnFaces = Fewer
+faces.vtkPointsOnFaces = Fewer
 
 
 def heated_cube():
@@ -272,7 +271,7 @@ class TestDrawn(MeshCase):
         self.assertFalse(covered[0].any() or covered[:, 0].any() or covered[-1].any())
         self.assertGreater(covered.mean(), 0.25)
         place = self.cube.surfels.plot(return_cpos=True)[0]
-        sampled = pv.wrap(on_faces(self.cube).data)
+        sampled = pv.wrap(faces.on_faces(self.cube).data)
         np.testing.assert_array_equal(place, sampled.surfels.plot(return_cpos=True)[0])
 
 

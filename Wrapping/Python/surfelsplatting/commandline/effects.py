@@ -59,7 +59,7 @@ def _of_gaussians(cloud, arguments):
 
 
 def _of_normals(arguments):
-    if "normal" not in (getattr(arguments, "channels", None) or ()):
+    if "NORMAL" not in (getattr(arguments, "channels", None) or ()):
         return []
     return [f"the channel normal is 0 on {arguments.cloud}: it holds those of surfaces, not of "
             "Gaussians in space"]
