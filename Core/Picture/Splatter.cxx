@@ -57,8 +57,8 @@ constexpr double FewCellsError = 1.15;
 /// CutSettings::BlurGain of K cells. A node is off by the cube of its size over the blur of a cell,
 /// which is that of the lens over sqrt(K). Where all cells see it, their mean is off as the picture
 /// through the whole lens is: K^(1/2). Where they see it behind different things, their errors are
-/// independent: K^(1/6). Few cells take K^(1/3), which costs at most 0.06 dB against ray-traced
-/// scenes; many are meant to come close to the limit.
+/// independent: K^(1/6). Few cells take K^(1/3), which costs at most 0.07 dB against ray-traced
+/// scenes, with FewCellsError; many are meant to come close to the limit.
 double BlurGain(std::size_t cells, bool few)
 {
   return std::pow(static_cast<double>(cells), few ? 1.0 / 3.0 : 1.0 / 6.0);
