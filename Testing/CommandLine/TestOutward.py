@@ -114,6 +114,11 @@ class TestOutward(ToolCase):
         """Four faces meet at their edges. Faces of leaves with two sides are there twice."""
         self.check_stays(box(), box(at=(1, 0, 0)))
         self.check_mesh(joined(box(), turned(box(at=(1, 0, 0)))), 1)
+        for count in (2_000, 20_000, 60_000, 200_000):  # the walls between tell nothing at any
+            with fewer_on_faces(count):
+                for at in np.eye(3):
+                    self.check_mesh(joined(box(), turned(box(at=at))), 1)
+                self.check_mesh(joined(*(turned(box(at=(x, 0, 0))) for x in range(3))), 3)
         leaves = [box(at=(0, 0, z), without=range(4)) for z in range(5)]
         self.assertIsNone(cloud_of(data_of(joined(*leaves, *map(turned, leaves)))).parts)
 

@@ -30,6 +30,9 @@ OPEN = 0.3  # net area over area, from which on a part is open; a box without it
 CHANCE = 0.5  # over the root of what is seen: of two faces in one place either may be nearest
 HALF_UPRIGHT = 0.5  # least part of the area of a room with much in it that is level or upright
 CONTENT = 0.02  # part of the area, of what is in a room
+# Part of what is seen of the content from which on it faces outward, or inward. A bowl has 0.65. The
+# walls between solids that touch are seen from both sides alike.
+CLEARLY = 0.6
 MOST_SAMPLES = 100_000  # of a mesh of many parts, that are looked at
 MOST_POINTS = 20_000  # of a cloud, which take 40 ms; a part of it may have a hundredth of them
 FEWEST_POINTS = 100
@@ -113,14 +116,15 @@ def _may_be_open_room(places, normals):
 
 def _is_room(places, normals, in_shell, in_content):
     """Whether a shell that faces inward has floor, ceiling and walls, and things inside that face
-    outward, or else the height of a room in metres or feet, and a longer side."""
+    outward, or, if they do not tell, the height of a room in metres or feet, and a longer side."""
     ends = [axis for axis, profile in enumerate(_profiles(places[in_shell], normals[in_shell]))
             if min(profile.floor, profile.ceiling) >= LEAST and profile.upright >= HALF_UPRIGHT]
     if {1, 2}.isdisjoint(ends):
         return False
     if np.mean(in_content) >= CONTENT:
         front, back = _looks(places[in_content], normals[in_content]).sum(axis=1)
-        return front > back
+        if max(front, back) >= CLEARLY * (front + back):
+            return front > back
     extent = np.ptp(places[in_shell], axis=0)
     return len(ends) > 1 and any(
         HEIGHTS[0] <= extent[axis] <= min(HEIGHTS[1], FLAT * extent.max()) for axis in ends if axis)
