@@ -74,6 +74,16 @@ public:
     }
   }
 
+  /// Whether the noise of point i's line is within a surface.
+  bool IsWithinSurface(int i, Neighbors& neighbors)
+  {
+    this->Find(i, LineGrowth, neighbors);
+    const Eigen::Matrix3d around = this->CovarianceAround(i, neighbors);
+    const int count = std::min(neighbors.Count(), this->Settings.NumberOfNeighbors);
+    this->Around.Load(this->Cloud, i, neighbors.Ids.data(), count);
+    return SurfelGeometry::IsWithinSurface(this->Around.Covariance(), around);
+  }
+
   /// Fits point i, on a line of a surface, to the next lines as well.
   void FitToLines(int i, const float* given, Neighbors& neighbors, PlaneFit& fit)
   {
@@ -455,55 +465,46 @@ bool FitToNearest(const FitInput& input, const StageProgress& progress, PlaneFit
   });
 }
 
-/// Whether half of the nearest neighbours are on lines and strips, too: random points are by
-/// chance.
-bool IsAmongStrips(int i, const Spreads& spreads, const NeighborGraph& graph)
+/// Tells which of the points on lines may be those of rods. Returns false if stopped.
+bool JudgeLines(const FitInput& input, const ScanLines& lines, const NeighborGraph& graph,
+  const StageProgress& progress, std::vector<LineKind>& kinds)
 {
-  const int* ids = graph.Row(static_cast<size_t>(i));
-  const auto strips = std::count_if(ids, ids + CountIds(ids, RodNeighbors),
-    [&spreads](int j) { return spreads[j] >= Spread::Narrow; });
-  return 2 * strips >= RodNeighbors;
+  const std::vector<int>& points = lines.Points();
+  return ParallelFor(
+    static_cast<vtkIdType>(points.size()), progress, [&](vtkIdType k, vtkIdType end) {
+      Fitter fitter(input.Cloud, input.Tree, input.Settings);
+      ScanLines::Query query;
+      Neighbors neighbors;
+      for (; k < end; ++k)
+      {
+        const int i = points[static_cast<size_t>(k)];
+        if (lines.IsAmongStrips(i, graph) && !lines.IsOfSurface(i, query))
+        {
+          kinds[i] = fitter.IsWithinSurface(i, neighbors) ? LineKind::WithinSurface : LineKind::Rod;
+        }
+      }
+    });
 }
 
 /// Marks the points on rods, and fits those on lines of surfaces again. Returns false if stopped.
-bool FitScanLines(const FitInput& input, const Spreads& spreads, const ScanLines& lines,
+bool FitScanLines(const FitInput& input, const ScanLines& lines, const std::vector<LineKind>& kinds,
   const NeighborGraph& graph, const StageProgress& progress, PlaneFits& fits)
 {
   const std::vector<int>& points = lines.Points();
-  const auto count = static_cast<vtkIdType>(points.size());
-  return ParallelFor(count, progress, [&](vtkIdType k, vtkIdType end) {
-    Fitter fitter(input.Cloud, input.Tree, input.Settings);
-    ScanLines::Query query;
-    Neighbors neighbors;
-    for (; k < end; ++k)
-    {
-      const int i = points[static_cast<size_t>(k)];
-      fits[i].OnRod = IsAmongStrips(i, spreads, graph) && !lines.IsOfSurface(i, query);
-      if (!fits[i].OnRod && spreads[i] == Spread::Line)
+  return ParallelFor(
+    static_cast<vtkIdType>(points.size()), progress, [&](vtkIdType k, vtkIdType end) {
+      Fitter fitter(input.Cloud, input.Tree, input.Settings);
+      Neighbors neighbors;
+      for (; k < end; ++k)
       {
-        fitter.FitToLines(i, GivenNormal(input, i), neighbors, fits[i]);
+        const int i = points[static_cast<size_t>(k)];
+        fits[i].OnRod = IsOnRod(i, kinds, graph);
+        if (!fits[i].OnRod && lines.IsLine(i))
+        {
+          fitter.FitToLines(i, GivenNormal(input, i), neighbors, fits[i]);
+        }
       }
-    }
-  });
-}
-
-/// Neighbours of points on rods: they may be on the ends of these.
-std::vector<int> PointsBesideRods(
-  const std::vector<int>& lines, const NeighborGraph& graph, const PlaneFits& fits)
-{
-  std::vector<int> points;
-  for (const int i : lines)
-  {
-    const int* ids = graph.Row(static_cast<size_t>(i));
-    if (fits[i].OnRod)
-    {
-      std::copy_if(ids, ids + CountIds(ids, KeptNeighbors), std::back_inserter(points),
-        [&fits](int j) { return !fits[j].OnRod; });
-    }
-  }
-  std::sort(points.begin(), points.end());
-  points.erase(std::unique(points.begin(), points.end()), points.end());
-  return points;
+    });
 }
 
 /// Fits points on lines again, and the ends of rods. Returns false if stopped.
@@ -511,11 +512,16 @@ bool FitLines(const FitInput& input, const Spreads& spreads, const NeighborGraph
   const StageProgress& progress, PlaneFits& fits)
 {
   const ScanLines lines(input.Cloud, spreads);
-  if (!FitScanLines(input, spreads, lines, graph, progress.Part(0.0, 0.8), fits))
+  std::vector<LineKind> kinds(lines.Points().empty() ? 0 : fits.size(), LineKind::Other);
+  if (!JudgeLines(input, lines, graph, progress.Part(0.0, 0.4), kinds) ||
+    !FitScanLines(input, lines, kinds, graph, progress.Part(0.4, 0.8), fits))
   {
     return false;
   }
-  const std::vector<int> points = PointsBesideRods(lines.Points(), graph, fits);
+  std::vector<int> rods;
+  std::copy_if(lines.Points().begin(), lines.Points().end(), std::back_inserter(rods),
+    [&fits](int i) { return fits[i].OnRod; });
+  const std::vector<int> points = PointsBeside(rods, graph);
   const auto count = static_cast<vtkIdType>(points.size());
   return ParallelFor(count, progress.Part(0.8, 1.0), [&](vtkIdType k, vtkIdType end) {
     Fitter fitter(input.Cloud, input.Tree, input.Settings);

@@ -3,9 +3,14 @@
 
 #include "Filters/Common/Hash.h"
 #include "Filters/Common/LocalCloud.h"
+#include "Filters/Common/NeighborGraph.h"
 #include "Filters/Common/NeighborSearch.h"
+#include "Filters/Estimation/PrincipalPlane.h"
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
+#include <iterator>
 
 namespace SurfelGeometry
 {
@@ -36,6 +41,20 @@ constexpr int FewestSamples = 8;
 /// in a smaller sample: those of rods. Of the same places scanned in lines four and ten steps
 /// apart, 3 to 6 % are.
 constexpr double LongShare = 0.4;
+
+/// Neighbours of a point on a line that are looked at.
+constexpr int NearestOfLine = 8;
+
+/// The points around are on a plane: largest variance across it, over the smaller one in it.
+constexpr double PlaneRatio = 0.0005;
+
+/// Within a surface, the line's variance across it is at most this part of that beside the line in
+/// it. Floors that a scanner looks along have 0.001 to 0.03, rods and railings 0.08 to 4.
+constexpr double WithinRatio = 0.05;
+
+/// Of the points around that may be on rods, so many are within a surface if this one is. Where
+/// smoothing has moved points of rods, some are by chance.
+constexpr double WithinShare = 0.9;
 }
 
 Spread SpreadOf(double smaller, double larger)
@@ -46,8 +65,54 @@ Spread SpreadOf(double smaller, double larger)
                                       : Spread::Round;
 }
 
+bool IsWithinSurface(const Eigen::Matrix3d& line, const Eigen::Matrix3d& around)
+{
+  const Principal plane(around);
+  if (plane.Variances[0] > PlaneRatio * plane.Variances[1])
+  {
+    return false;
+  }
+  const double across = plane.Normal.dot(line * plane.Normal);
+  const double beside = line.trace() - across - Principal(line).Variances[2];
+  return across < WithinRatio * beside;
+}
+
+bool IsOnRod(int i, const std::vector<LineKind>& kinds, const NeighborGraph& graph)
+{
+  const int* ids = graph.Row(static_cast<std::size_t>(i));
+  int rods = kinds[i] == LineKind::Rod ? 1 : 0,
+      within = kinds[i] == LineKind::WithinSurface ? 1 : 0;
+  if (rods + within == 0)
+  {
+    return false;
+  }
+  const int count = CountIds(ids, KeptNeighbors);
+  for (int k = 0; k < count; ++k)
+  {
+    rods += kinds[ids[k]] == LineKind::Rod ? 1 : 0;
+    within += kinds[ids[k]] == LineKind::WithinSurface ? 1 : 0;
+  }
+  return within < WithinShare * (rods + within);
+}
+
+std::vector<int> PointsBeside(const std::vector<int>& rods, const NeighborGraph& graph)
+{
+  std::vector<int> around, beside;
+  for (const int i : rods)
+  {
+    const int* ids = graph.Row(static_cast<std::size_t>(i));
+    around.insert(around.end(), ids, ids + CountIds(ids, KeptNeighbors));
+  }
+  std::sort(around.begin(), around.end());
+  around.erase(std::unique(around.begin(), around.end()), around.end());
+  std::set_difference(
+    around.begin(), around.end(), rods.begin(), rods.end(), std::back_inserter(beside));
+  return beside;
+}
+
 ScanLines::ScanLines(const LocalCloud& cloud, const Spreads& spreads)
   : Cloud(cloud)
+  , Of(spreads)
 {
   for (int i = 0; i < cloud.Size(); ++i)
   {
@@ -58,11 +123,11 @@ ScanLines::ScanLines(const LocalCloud& cloud, const Spreads& spreads)
   }
   if (this->Lines.size() <= MostOfRods * cloud.Size())
   {
-    this->MakeSample(spreads);
+    this->MakeSample();
   }
 }
 
-void ScanLines::MakeSample(const Spreads& spreads)
+void ScanLines::MakeSample()
 {
   for (int i = 0; i < this->Cloud.Size() && !this->Lines.empty(); ++i)
   {
@@ -70,7 +135,7 @@ void ScanLines::MakeSample(const Spreads& spreads)
     {
       const float* p = this->Cloud.Position(i);
       this->Positions.insert(this->Positions.end(), p, p + 3);
-      this->AreLong.push_back(spreads[i] != Spread::Round ? 1 : 0);
+      this->AreLong.push_back(this->Of[i] != Spread::Round ? 1 : 0);
     }
   }
   const int samples = static_cast<int>(this->AreLong.size());
@@ -81,6 +146,14 @@ void ScanLines::MakeSample(const Spreads& spreads)
 }
 
 ScanLines::~ScanLines() = default;
+
+bool ScanLines::IsAmongStrips(int i, const NeighborGraph& graph) const
+{
+  const int* ids = graph.Row(static_cast<std::size_t>(i));
+  const auto strips = std::count_if(ids, ids + CountIds(ids, NearestOfLine),
+    [this](int j) { return this->Of[j] >= Spread::Narrow; });
+  return 2 * strips >= NearestOfLine;
+}
 
 bool ScanLines::IsOfSurface(int i, Query& query) const
 {

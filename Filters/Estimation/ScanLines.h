@@ -7,11 +7,15 @@
  * are on a line as well, but beside it there is nothing. Rods beside each other, as those of a
  * railing, look like scan lines. But the scanner that saw them has equally dense points in both
  * directions: around a rod most things show that. Around a scan line, most points are on lines,
- * too.
+ * too, unless it is beside something else. Then its noise tells: it is along the line of sight, and
+ * so within a surface that the scanner looks along. Rods are about as thick across any plane as in
+ * it.
  */
 #pragma once
 
 #include "Filters/Common/RawVector.h"
+
+#include <Eigen/Core>
 
 #include <memory>
 #include <vector>
@@ -20,6 +24,7 @@ namespace SurfelGeometry
 {
 struct LocalCloud;
 class NeighborSearch;
+struct NeighborGraph;
 
 /// How the nearest neighbours of a point are spread.
 enum class Spread : unsigned char
@@ -35,10 +40,29 @@ Spread SpreadOf(double smaller, double larger);
 
 using Spreads = RawVector<Spread>;
 
+/// Whether points on a line are spread within the plane of more points around, and not across it.
+/// @param line, around covariances
+bool IsWithinSurface(const Eigen::Matrix3d& line, const Eigen::Matrix3d& around);
+
+/// What a point may be on.
+enum class LineKind : unsigned char
+{
+  Other,
+  Rod,
+  WithinSurface,
+};
+
+/// Whether point i is on a rod, by its kind and those of its neighbours.
+bool IsOnRod(int i, const std::vector<LineKind>& kinds, const NeighborGraph& graph);
+
+/// Neighbours of points on rods, which may be on the ends of these, without those.
+/// @param rods ascending
+std::vector<int> PointsBeside(const std::vector<int>& rods, const NeighborGraph& graph);
+
 class ScanLines
 {
 public:
-  /// The cloud must outlive this object.
+  /// Cloud and spreads must outlive this object.
   ScanLines(const LocalCloud& cloud, const Spreads& spreads);
   ~ScanLines();
   ScanLines(const ScanLines&) = delete;
@@ -46,6 +70,12 @@ public:
 
   /// Indices of the points whose neighbours are on a line, or a narrow strip.
   const std::vector<int>& Points() const { return this->Lines; }
+
+  bool IsLine(int i) const { return this->Of[i] == Spread::Line; }
+
+  /// Whether half of the nearest neighbours are on lines and strips, too: random points are by
+  /// chance.
+  bool IsAmongStrips(int i, const NeighborGraph& graph) const;
 
   /// Room for the queries of one thread.
   struct Query
@@ -58,9 +88,10 @@ public:
   bool IsOfSurface(int i, Query& query) const;
 
 private:
-  void MakeSample(const Spreads& spreads);
+  void MakeSample();
 
   const LocalCloud& Cloud;
+  const Spreads& Of;
   std::vector<int> Lines;
   std::vector<float> Positions;         // [3m] of a sample of the cloud
   std::vector<unsigned char> AreLong;   // [m]
