@@ -175,6 +175,35 @@ class TestUp(unittest.TestCase):
             points, normals = cone[kept] @ matrix.T, ball[kept] * (1, 1, -1) @ matrix.T
             self.check_up(surfels_of(points, normals), up, False)
 
+    def test_places_do_not_tip_over(self):
+        """A ground that slopes, with a wall and a post on it, is at its lower end on one side only."""
+        lean = np.radians(5)
+        slope = np.array([[1, 0, 0], [0, np.cos(lean), -np.sin(lean)], [0, np.sin(lean), np.cos(lean)]])
+        rng = np.random.default_rng(1)
+        points = np.concatenate([scene(), rng.uniform((-2, -2, 0), (2, -2, 0.8), (2000, 3)),
+                                 rng.uniform((0.9, -1.4, 0), (1.1, -1.4, 2.5), (400, 3))])
+        for matrix, axis in ((np.eye(3), (0, 0, 1)), (TO_Y.T, (0, -1, 0))):
+            surfels = make_surfels(polydata_of(points @ (matrix @ slope).T, {}), sides="two")
+            self.check_up(surfels, axis, False)
+
+    def test_heads_have_an_open_neck(self):
+        """Models whose opening is at their back: they do not stand, along its axis neither, as a cup does,
+        which is open at its top."""
+        ball = sphere(8000)[0]
+        ball = ball[ball[:, 2] < 0.6]
+        head = surfels_of(ball + [0, 1.5, 0] * ball[:, 2:], ball - [0, 0, 1.5] * ball[:, 1:2])
+        cup = surfels_of(ball * (1, 1, 0.6), ball)
+        for surfels, axis in ((head, (0, 1, 0)), (cup, (0, 0, 1))):
+            note_model(surfels)
+            self.check_up(surfels, axis, False)
+
+    def test_coordinates_of_a_country(self):
+        """They are far off in x and in y. A model may be anywhere along one axis."""
+        ball = sphere(2000)[0]
+        for place, axis, is_clear in (((2e5, 5e6, 0), (0, 0, 1), True), ((40, 0, 0), (0, 1, 0), False),
+                                      ((40, 0, -30), (0, 1, 0), False)):
+            self.check_up(surfels_of(ball * (1, 1, 2) + place, ball), axis, is_clear)
+
     def test_file_says_what_is_up(self):
         ball = sphere(2000)[0]
         surfels = surfels_of(ball * (1, 1, 2), ball)

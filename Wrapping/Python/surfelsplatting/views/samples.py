@@ -14,7 +14,7 @@ from .turning import lengths
 
 vtk_to_numpy = vtk("util.numpy_support").vtk_to_numpy
 
-FAR = 4.0  # largest coordinate over the diagonal of a cloud that is far from the origin
+FAR = 4.0  # x and y over the diagonal of a cloud that is far from the origin
 LARGEST_CLOUD = 1e15  # the camera is farther away, and squares must stay in float's range
 SAMPLES = 100_000
 ENOUGH = 50_000  # for shares within one percent; what is up is told of them within 50 ms
@@ -73,11 +73,11 @@ class Samples(Surface):
                             np.compress(keep, covariances, axis=0))
         self.radius = 0.0 if covariances is None else _typical_radius(self.covariances)
         self.low, self.high = (np.array([end(x) for x in self.points.T]) for end in (np.min, np.max))
-        largest = max(np.abs(self.low).max(), np.abs(self.high).max())
-        # As in coordinates of a country, and as the filters decide.
-        self.is_far = bool(largest > FAR * np.linalg.norm(self.extent))
-        if largest > LARGEST_CLOUD:
-            raise UserProblem(f"the cloud reaches to coordinates of {largest:g}, and a view of it "
+        # As in coordinates of a country. A model may be far off along one axis.
+        farthest = np.maximum(np.abs(self.low), np.abs(self.high))
+        self.is_far = bool(farthest[:2].min() > FAR * np.linalg.norm(self.extent))
+        if farthest.max() > LARGEST_CLOUD:
+            raise UserProblem(f"the cloud reaches to coordinates of {farthest.max():g}, and a view of it "
                               f"can be found up to {LARGEST_CLOUD:g} only; scale it down")
 
     @property

@@ -256,8 +256,10 @@ def _as_usual(samples, ups):
 
 def _upright(samples, found, ups):
     """What was found, unless it is a guess by which the surface would tip over, while it stands in one
-    of the usual directions."""
-    if not found or found.is_clear or _stability(samples, found.axis) >= 0:
+    of the usual directions. Places, whose outside is mostly unknown, do not tip over."""
+    if not found or found.is_clear or samples.two_sided.mean() > HALF:
+        return found
+    if _stability(samples, found.axis) >= 0:
         return found
     usual = [up for index, up in enumerate(ups) if _is_usual(index, ups)]
     stable = [_stability(samples, up) for up in usual]
@@ -378,6 +380,15 @@ def _of_surface(samples, ups):
     return found if samples.is_capture else _upright(surface, found, ups)
 
 
+def _turned_over(samples, up, ups):
+    """The opposite, if a model would stand along it, as a cup on its base. Otherwise the opening is
+    not at its top, and it may be a head with an open neck."""
+    opposite = 0 - up.axis
+    if _stability(samples.some, opposite) >= 0:
+        return up._replace(axis=opposite)
+    return Up(_as_usual(samples, ups), False)
+
+
 def find_up(samples):
     """-> Up: what the file says; z in coordinates of a country, and of a volume, whose slices are
     stacked along it; along the walls of rooms and facades; a terrain's normal; as figures and closed
@@ -406,7 +417,7 @@ def find_up(samples):
         return Up(Z, False)  # a wall
     up = up or Up(_as_usual(samples, ups), thin == 2)  # what is thin along y may be a wall
     if samples.is_model and not up.is_clear and up.axis.sum() < 0:
-        up = up._replace(axis=0 - up.axis)
+        up = _turned_over(samples, up, ups)
     return up._replace(is_clear=up.is_clear or _is_alike_from(samples, OF_SCANS),
                        is_usual=bool(up.axis[1] > 0 and _is_model(samples)))
 
