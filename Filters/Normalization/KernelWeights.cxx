@@ -69,6 +69,18 @@ private:
   std::size_t Count;
 };
 
+struct WeightSums
+{
+  FixedSums Denominators, Numerators;
+  std::vector<SumMoments> Statistics; // of each block
+
+  explicit WeightSums(std::size_t count)
+    : Denominators(count)
+    , Numerators(count)
+  {
+  }
+};
+
 /// A sample and its entries.
 struct SamplePlace
 {
@@ -260,15 +272,27 @@ void AddNumerators(const Sampling& samples, const SampleBlock& block, const Bloc
   terms.End(block, sums);
 }
 
-/// Adds w_j K_ji to sum i for the samples j of a block.
-void AddDenominators(
-  const Sampling& samples, const SampleBlock& block, const BlockKernels& kernels, FixedSums& sums)
+/// Adds to both sums at once: w_j K_ji to the denominators, and the numerators as above.
+void AddToBoth(const Sampling& samples, const SampleBlock& block, const BlockKernels& kernels,
+  WeightSums& sums, SumMoments& statistics)
 {
-  BlockTerms terms;
-  terms.Begin(block.TableSize());
-  ForSamples(block, samples.AreasOf(block), samples.Share,
-    [&](const SamplePlace& at) { terms.Add(at, at.Area, kernels.Peaks); });
-  terms.End(block, sums);
+  BlockTerms denominators, numerators;
+  denominators.Begin(block.TableSize());
+  numerators.Begin(block.TableSize());
+  ForSamples(block, samples.AreasOf(block), samples.Share, [&](const SamplePlace& at) {
+    const double sum = kernels.SumAt(at);
+    if (at.Kind == CountedSample)
+    {
+      statistics.Add(at.Area, sum);
+    }
+    denominators.Add(at, at.Area, kernels.Peaks);
+    if (at.Kind != 0)
+    {
+      numerators.Add(at, at.Area / std::max(sum, MinSum), kernels.Peaks);
+    }
+  });
+  denominators.End(block, sums.Denominators);
+  numerators.End(block, sums.Numerators);
 }
 
 /// @param statistics of the sums with these areas, for each block
@@ -357,18 +381,6 @@ WeightedKernel MakeWeightedKernel(const double areaVector[3], const double covar
 
 namespace
 {
-struct WeightSums
-{
-  FixedSums Denominators, Numerators;
-  std::vector<SumMoments> Statistics; // of each block
-
-  explicit WeightSums(std::size_t count)
-    : Denominators(count)
-    , Numerators(count)
-  {
-  }
-};
-
 /// Samples the surface and makes the first pass over the samples while they are in the caches.
 /// Returns false if stopped.
 bool MakeSamplesAndSums(
@@ -379,8 +391,7 @@ bool MakeSamplesAndSums(
   const auto addUp = [&](std::size_t b, const SampleBlock& block, const SurfelTable& table) {
     BlockKernels kernels;
     kernels.Load(table, block.TableSize(), samples.Scale);
-    AddDenominators(samples, block, kernels, sums.Denominators);
-    AddNumerators(samples, block, kernels, sums.Numerators, sums.Statistics[b]);
+    AddToBoth(samples, block, kernels, sums, sums.Statistics[b]);
   };
   return MakeSamples(problem, progress, addUp, samples.Surface);
 }
