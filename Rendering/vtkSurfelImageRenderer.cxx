@@ -287,9 +287,12 @@ void vtkSurfelImageRenderer::BlendBackground(vtkImageData* picture)
     return;
   }
   // A copy: the output of the splatter keeps no background.
-  vtkNew<vtkFloatArray> color;
-  color->DeepCopy(picture->GetPointData()->GetScalars());
-  picture->GetPointData()->SetScalars(color);
+  auto* seen = vtkFloatArray::SafeDownCast(picture->GetPointData()->GetScalars());
+  vtkNew<vtkFloatArray> blended;
+  blended->SetName(seen->GetName());
+  blended->SetNumberOfComponents(4);
+  blended->SetNumberOfTuples(seen->GetNumberOfTuples());
+  picture->GetPointData()->SetScalars(blended);
   const double a = this->BackgroundAlpha;
   float under[4] = { 0.0f, 0.0f, 0.0f, static_cast<float>(a) };
   for (int c = 0; c < 3; ++c)
@@ -298,15 +301,19 @@ void vtkSurfelImageRenderer::BlendBackground(vtkImageData* picture)
     under[c] = static_cast<float>(
       a * (this->Splatter->GetLinearLight() ? SurfelSplatting::LightOfCode(color) : color));
   }
-  float* rgba = color->GetPointer(0);
-  for (vtkIdType i = 0; i < color->GetNumberOfTuples(); ++i, rgba += 4)
-  {
-    const float through = 1.0f - rgba[3];
-    for (int c = 0; c < 4; ++c)
+  const float* from = seen->GetPointer(0);
+  float* to = blended->GetPointer(0);
+  vtkSMPTools::For(0, seen->GetNumberOfTuples(), [&under, from, to](vtkIdType i, vtkIdType end) {
+    for (; i < end; ++i)
     {
-      rgba[c] += through * under[c];
+      const float* rgba = from + 4 * i;
+      const float through = 1.0f - rgba[3];
+      for (int c = 0; c < 4; ++c)
+      {
+        to[4 * i + c] = rgba[c] + through * under[c];
+      }
     }
-  }
+  });
 }
 
 void vtkSurfelImageRenderer::PrintSelf(ostream& os, vtkIndent indent)

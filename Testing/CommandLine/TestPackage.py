@@ -57,10 +57,12 @@ class TestPackage(ToolCase):
             "write_png(image, 'codes.png'); write_png(image, 'light.png', linear_light=True)\n"
             "renderer = vtkSurfelImageRenderer(); renderer.SetCamera(vtkCamera())\n"
             "renderer.SetSize(2, 1); renderer.SetBackground(0.2, 0.4, 1)\n"
-            "renderer.SetBackgroundAlpha(1); write_png(renderer, 'renderer.png')\n")
+            "renderer.SetBackgroundAlpha(1); write_png(renderer, 'renderer.png')\n"
+            "write_png(renderer.GetOutput(1), 'bytes.png')\n")
         for name, expected in (("codes.png", [0, 128, 255]), ("light.png", [0, 188, 255])):
             self.assertEqual(self.read_png(name)[0].tolist(), [[value] * 3 for value in expected])
-        self.assertEqual(self.read_png("renderer.png")[0].tolist(), [[51, 102, 255]] * 2)
+        for name in ("renderer.png", "bytes.png"):
+            self.assertEqual(self.read_png(name)[0].tolist(), [[51, 102, 255]] * 2)
 
     def test_png_of_any_size(self):
         """Strips of 64 rows are compressed by different threads."""

@@ -14,7 +14,7 @@ from .backend import vtk
 from .clouds.parts import parts_of_points
 from .clouds.polydata import named_array, polydata_of
 from .views.rooms import FLAT, HEIGHTS, LEAST, UPRIGHT, profile_of
-from .views.samples import Surface
+from .views.surfaces import Surface
 
 # Axes, diagonals of faces and of the cube: a look along each, from both ends.
 LINES = np.array([line for line in product((-1, 0, 1), repeat=3) if line > (0, 0, 0)], float)

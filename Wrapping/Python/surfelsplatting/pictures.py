@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Float pictures as 8-bit PNG files."""
+"""Pictures as 8-bit PNG files."""
 
 import struct
 import zlib
@@ -21,15 +21,17 @@ def _to_srgb(light):
 
 
 def _rgb_of(colors, linear_light):
-    """[..., 4] floats -> [..., 3] bytes"""
+    """[..., 4] floats -> [..., 3] bytes; bytes stay as they are"""
     import numpy as np
 
+    if colors.dtype == np.uint8:
+        return colors[..., :3]
     colors = _to_srgb(colors[..., :3]) if linear_light else colors[..., :3]
     return np.clip(colors * 255 + 0.5, 0, 255).astype(np.uint8)
 
 
 def _colors_of(picture):
-    """[n, 4] floats of the pixels, row 0 is the bottom row."""
+    """[n, 3 or 4] values of the pixels, row 0 is the bottom row."""
     return vtk("util.numpy_support").vtk_to_numpy(picture.GetPointData().GetScalars())
 
 
@@ -44,7 +46,7 @@ def _chunk(name, content):
 
 
 def _filtered(colors, begin, linear_light):
-    """A strip of rows as bytes to compress. colors: [height, width, 4]"""
+    """A strip of rows as bytes to compress. colors: [height, width, 3 or 4]"""
     import numpy as np
 
     rows = _rgb_of(colors[max(begin - 1, 0):begin + STRIP], linear_light)
@@ -57,8 +59,9 @@ def png_bytes(picture, linear_light=False):
     """The contents of a PNG file: 8-bit RGB, 255 times the picture's values.
 
     picture: vtkImageData with float RGBA scalars, premultiplied; where it is transparent, black
-    shows through.
-    linear_light: the picture is linear light and is converted to sRGB.
+    shows through. Or with scalars of bytes, the second output of a vtkSurfelImageRenderer, which are
+    written as they are.
+    linear_light: float scalars are linear light and are converted to sRGB.
     """
     width, height, _ = picture.GetDimensions()
     colors = _colors_of(picture).reshape(height, width, -1)[::-1]
@@ -106,7 +109,8 @@ def _write_array(picture, path):
 def write_png(picture, path, linear_light=False):
     """Writes a picture to a .png file; see png_bytes.
 
-    picture: a vtkSurfelImageRenderer, which is updated first, or its output; or an array of `render`.
+    picture: a vtkSurfelImageRenderer, which is updated first, or one of its outputs; or an array of
+    `render`.
     RuntimeError: what the renderer says if it cannot render.
     """
     if not hasattr(picture, "IsA"):

@@ -13,6 +13,7 @@ from ..views.filming import focused_in_the_middle, whole_turn
 from ..views.focus import ends_of, focused_on_front, has_focus, settle_focus, sharp_depths
 from ..views.framing import complete_view, home_in, is_from_sensor, up_in
 from ..views.paths import check_views, focus_pull, through, turntable
+from ..views.samples import Samples
 from ..views.sensor import sensor_of
 from ..views.trained import files_of
 from ..views.vtkcamera import make_camera, set_lens
@@ -166,7 +167,7 @@ def _draw(renderer, views, frames, numbers, session):
         with session.interrupts.stopping(renderer):
             renderer.Update()
         session.messages.check()
-        frames.write(number, png_bytes(renderer.GetOutput(), session.arguments.linear_light))
+        frames.write(number, png_bytes(renderer.GetOutput(1)))
         clock.one_done()
 
 
@@ -190,7 +191,7 @@ def _make_pictures(asked, frames, arguments, session):
         are_made = not cloud.is_drawable
         del cloud, surfels  # frees the memory of a large cloud
         session.say(f"first frame: {views[0]}")
-        warn_of_backs(drawn, views, are_made, session)
+        warn_of_backs(Samples(drawn), views, are_made, session)
         _draw(renderer, views, frames, frames.missing(), session)
 
 

@@ -8,8 +8,9 @@ from ..views.cameras import asked_view, camera_files
 from ..views.faint import why_faint
 from ..views.focus import (blur_at, depths_of, distance_in_focus, ends_of, focused_on_front,
                            settle_focus, sharp_depths)
-from ..views.framing import (complete_view, extent_of, home_in, is_from_sensor,
-                             share_facing_away)
+from ..views.framing import complete_view, extent_of, is_from_sensor, share_facing_away
+from ..views.homes import home_of
+from ..views.samples import Samples
 from ..views.sensor import sensor_of
 from ..views.trained import files_of
 from .effects import without_effect
@@ -44,14 +45,14 @@ def _check_hierarchy(cloud, arguments):
                           "in space; give --hierarchy an OUT.vtp")
 
 
-def _place(view, cloud, surfels, session):
+def _place(view, cloud, surfels, samples, session):
     """-> the complete view"""
     if is_from_sensor(view, sensor_of(cloud, surfels)):
         session.say("the camera is at the sensor of the depth image")
-    home = home_in(cloud, surfels) if session.arguments.verbose and not view.position else None
+    home = home_of(cloud, samples) if session.arguments.verbose and not view.position else None
     if home:
         session.say(home.what)
-    return complete_view(view, cloud, surfels, session.note)
+    return complete_view(view, cloud, surfels, session.note, samples)
 
 
 def _render_frames(renderer, count, session):
@@ -65,7 +66,8 @@ def _render_frames(renderer, count, session):
 
 def _write_outputs(renderer, surfels, drawn, arguments, session):
     with session.run.stage("write"):
-        write_picture(renderer.GetOutput(), arguments.output, arguments.deep,
+        is_exr = arguments.output.lower().endswith(".exr")
+        write_picture(renderer.GetOutput(0 if is_exr else 1), arguments.output, arguments.deep,
                       arguments.linear_light, session.messages)
         if arguments.surfels:
             write_surfels(surfels, arguments.surfels, session.messages)
@@ -87,9 +89,9 @@ def _focus(renderer, asked, view, drawn, session):
     return view, depths
 
 
-def warn_of_backs(surfels, views, are_made, session):
+def warn_of_backs(samples, views, are_made, session):
     """An open scan looks torn from behind. views: of a picture or a film. are_made: of points now"""
-    share = share_facing_away(surfels, views[::math.ceil(len(views) / MOST_ASKED)])
+    share = share_facing_away(samples, views[::math.ceil(len(views) / MOST_ASKED)])
     if share > MOST_AWAY:
         where = " in a frame" if len(views) > 1 else ""
         advice = ("--sides two shows it" if are_made else
@@ -98,11 +100,16 @@ def warn_of_backs(surfels, views, are_made, session):
                       f"not drawn; {advice}"])
 
 
-def _say_what_is_seen(depths, view, session):
-    """Prints what is in focus and how much the rest is blurred; warns of a lens that blurs nothing."""
+def _say_what_is_seen(renderer, depths, view, session):
+    """Prints what is in focus and how much the rest is blurred; warns of a lens that blurs nothing.
+
+    depths: of the picture without the lens; None: those of this one, if it needs them
+    """
     if session.run.is_empty():
         session.warn(["the camera sees nothing of the cloud; check its position and focal point"])
-    ends = ends_of(depths)
+    if not (session.arguments.verbose or view.has_lens):
+        return
+    ends = ends_of(depths_of(renderer) if depths is None else depths)
     if ends is None:
         return
     seen = (f"seen from {ends[0]:.5g} to {ends[1]:.5g} along the view direction; in focus at "
@@ -128,22 +135,23 @@ def render(arguments):
         points = cloud.data.GetNumberOfPoints()
         all_arrays = arguments.hierarchy is not None
         surfels = session.surfels(cloud, not arguments.surfels, all_arrays)
-        view = _place(asked, cloud, surfels, session)
+        samples = Samples(surfels)
+        view = _place(asked, cloud, surfels, samples, session)
         what = "Gaussians" if cloud.is_gaussians else "surfels"
         are_made = not cloud.is_drawable
         del cloud  # frees the memory of a large cloud
         count = surfels.GetNumberOfPoints()
         if arguments.verbose:
-            session.say(f"{count} {what}; {extent_of(surfels)}")
+            session.say(f"{count} {what}; {extent_of(samples)}")
         drawn = session.drawable(surfels, all_arrays)
         session.hint_at_keeping(session.run.seconds_to_hierarchy())
         surfels = surfels if arguments.surfels else None
         renderer = make_renderer(drawn, view, arguments)
         view, depths = _focus(renderer, asked, view, drawn, session)
         session.say(str(view))
-        warn_of_backs(drawn, [view], are_made, session)
+        warn_of_backs(samples, [view], are_made, session)
         _render_frames(renderer, arguments.repeat, session)
-    _say_what_is_seen(depths_of(renderer) if depths is None else depths, view, session)
+    _say_what_is_seen(renderer, depths, view, session)
     _write_outputs(renderer, surfels, drawn, arguments, session)
     if arguments.save_camera:
         write_view(view, arguments.save_camera)

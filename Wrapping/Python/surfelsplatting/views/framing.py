@@ -9,7 +9,7 @@ import numpy as np
 from .cameras import DEFAULT_ANGLE, Wishes, are_parallel, check_view, focal_length_of_angle
 from .homes import home_of
 from .rooms import may_be_room, name_of, options_inside
-from .samples import ENOUGH, Samples
+from .samples import Samples
 from .sensor import sensor_of
 from .turning import front_of, lengths, rotated, seen_from, turned, unit
 from .up import Up, find_up, floor_normal, is_open
@@ -28,11 +28,11 @@ FRONT = 20  # percent of what is in the middle that is nearer than what a photog
 CELLS = 4  # into which the middle is divided along each side
 
 
-def share_facing_away(surfels, views):
+def share_facing_away(samples, views):
     """The largest share of a surface that turns its back to the camera of a view, [0, 1]. Of a closed
     one it is that of the angles: half from outside, where the other half hides it, all inside."""
-    samples = Samples(surfels, ENOUGH)
-    return max(_share_facing_away(samples, view, not is_open(samples)) for view in views)
+    some = samples.some
+    return max(_share_facing_away(some, view, not is_open(some)) for view in views)
 
 
 def _share_facing_away(samples, view, by_angle):
@@ -321,18 +321,19 @@ def _focused(view, position, focal_point, samples):
     return replace(view, focal_distance=distance)
 
 
-def complete_view(view, cloud, surfels, hint=None):
+def complete_view(view, cloud, surfels, hint=None, samples=None):
     """The view; everything that was not given is derived from the cloud, but for the focus on a
     surface: focused_on_front in focus.py.
 
     hint: is called with a line about what is a guess, and which options tell it
+    samples: of the surfels, where they are known
     """
     is_placed = view.position and view.focal_point and view.view_up
     if is_placed and view.wishes == Wishes():
         return view if view.view_angle else replace(view, view_angle=DEFAULT_ANGLE)
     has_focal_point = view.focal_point is not None
     sensor = None if is_placed else sensor_of(cloud, surfels)
-    samples = None if is_placed else Samples(surfels)
+    samples = None if is_placed else samples or Samples(surfels)
     if is_from_sensor(view, sensor):
         view, is_placed = _from_sensor(view, sensor, samples), True
     home = None if is_placed else home_of(cloud, samples, hint)
@@ -356,9 +357,8 @@ def complete_view(view, cloud, surfels, hint=None):
     return completed
 
 
-def extent_of(surfels):
+def extent_of(samples):
     """Bounds and spacing as text."""
-    samples = Samples(surfels)
     bounds = ", ".join(f"{axis} {low:.7g} to {high:.7g}"
                        for axis, low, high in zip("xyz", samples.low, samples.high))
     return bounds + (f"; spacing {samples.spacing:.3g}" if samples.spacing else "")

@@ -6,11 +6,11 @@ from typing import NamedTuple
 import numpy as np
 
 from .cameras import AXES
+from .surfaces import BULK, heights_along
 from .turning import lengths
 
 # As in Filters/Orientation/Rooms.cxx, which turns the walls of rooms inward: a surface that is a room
 # there must be one here.
-BULK = (0.5, 99.5)  # percent of the heights
 END = 0.05  # part of the height, at both ends, in which floor and ceiling are
 WALL, LEVEL = 0.3, 0.95  # cosine of the slope
 CLOSED = 0.15  # net area over area below which a surface is closed
@@ -42,9 +42,8 @@ class Profile(NamedTuple):
 
 
 def profile_of(samples, axis):
-    heights = samples.points[:, axis]
+    heights, low, high = heights_along(samples, np.eye(3)[axis])
     area = samples.sizes
-    low, high = np.percentile(heights, BULK)
     share = (heights - low) / max(high - low, 1e-300)
     cosine = samples.areas[:, axis] / np.maximum(area, 1e-300)
     total = max(area.sum(), 1e-300)

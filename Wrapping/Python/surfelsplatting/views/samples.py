@@ -10,6 +10,7 @@ from ..backend import vtk
 from ..problems import UserProblem
 from ..surfels import is_model
 from .rooms import facing_of, profile_of
+from .surfaces import Surface
 from .turning import lengths
 
 vtk_to_numpy = vtk("util.numpy_support").vtk_to_numpy
@@ -21,18 +22,6 @@ ENOUGH = 50_000  # for shares within one percent; what is up is told of them wit
 STEP = 0.1  # of the width of a box that grows
 SPARSE = 4.0  # times the usual distance between points
 ALONE = 2e-5  # part of the points, of strays that are left
-
-
-class Surface:
-    """Points of a surface, their area vectors, and whether these have two sides."""
-
-    def __init__(self, points, areas, two_sided):
-        self.points, self.areas, self.two_sided = points, areas, two_sided
-
-    @cached_property
-    def sizes(self):
-        """[n] lengths of the area vectors"""
-        return lengths(self.areas)
 
 
 class Samples(Surface):

@@ -10,14 +10,14 @@ from ..backend import vtk
 from ..clouds.polydata import polydata_of
 from ..surfels import make_surfels
 from .rooms import height_axis, is_room, may_be_room
-from .samples import ENOUGH, Surface
-from .turning import lengths, unit
+from .samples import ENOUGH
+from .surfaces import Surface, found_once, heights_along
+from .turning import unit
 
 FLAT, LEAN = 0.35, 0.6  # thickness over width below which a cloud is a terrain; and of figures
 SLENDER, TALL, ROUND = 3.0, 1.5, 2.0  # height over width of masts, of trees; width over depth
 FOOT, NARROW = 0.2, 0.25  # part of the height that is trunk at least, its width over that of the tree
 SLICES, THICK, NEAR_END = 60, 3, 9  # of the height; as thick as a ground is; where its end is
-BULK = (0.5, 99.5)  # percent of the heights
 GROUND = 0.03  # part of the area above which level area there is a ground
 GAP = 1e-4  # part of the area below which a slice is empty
 BASE = 0.08  # the same of closed things, at both ends; of balls it is 0.05
@@ -61,8 +61,7 @@ def _is_usual(index, ups):
 
 def _thick_slices(samples, up, areas):
     """-> the part of all area that these areas have in each slice and the next ones, upwards"""
-    height = samples.points @ up
-    low, high = np.percentile(height, BULK)
+    height, low, high = heights_along(samples, up)
     share = np.clip((height - low) / max(high - low, 1e-300), 0, 1)
     slices = np.histogram(share, SLICES, (0, 1), weights=areas)[0]
     total = max(samples.sizes.sum(), 1e-300)
@@ -76,6 +75,7 @@ def _near_ends(samples, up, areas):
     return slices[:NEAR_END].max(), slices[-NEAR_END:].max()
 
 
+@found_once
 def _level_ends(samples, up):
     """-> the same of level area that faces up; area without a known outside faces both ways."""
     area = samples.sizes
@@ -114,8 +114,8 @@ def _of_ground(samples, ups):
 
 def _has_trunk(samples, up):
     """Whether the lower end is as narrow as that of a tree"""
-    height = samples.points @ up
-    foot = samples.points[height <= np.percentile(height, BULK[0]) + FOOT * np.ptp(height)]
+    height, low, _ = heights_along(samples, up)
+    foot = samples.points[height <= low + FOOT * np.ptp(height)]
     across = np.eye(3)[np.abs(up) < 0.5]
     width = max(np.ptp(np.percentile(foot @ axis, PERCENTS)) for axis in across)
     return bool(width < NARROW * max(np.ptp(samples.points @ axis) for axis in across))
@@ -145,16 +145,9 @@ def _of_slab(samples, ups):
     return up if up and up.is_clear and up.axis @ X == 0 else None
 
 
-def _opening(samples):
-    """-> the sum of the area vectors whose outside is known, over the sum of the areas"""
-    one_sided = ~samples.two_sided
-    total = samples.sizes[one_sided].sum()
-    return samples.areas[one_sided].sum(axis=0) / total if total > 0 else np.zeros(3)
-
-
 def _of_openings(samples, ups):
     """Objects are rarely scanned from below, so the sum of the area vectors points up."""
-    opening = _opening(samples)
+    opening = samples.opening
     along = [direction @ opening for direction in ups]
     best = int(np.argmax(along))
     if along[best] < max(OPEN, np.abs(opening).max()):
@@ -164,14 +157,14 @@ def _of_openings(samples, ups):
     return Up(ups[best], is_alone and _is_usual(best, ups), is_alone=is_alone)
 
 
+@found_once
 def _stance(samples, up):
     """-> the slope on which the surface would tip over: the distance of its centre from the nearest edge
     of what touches the ground, over the height of the centre; negative if it does not stand at all.
     And what is up in it once it has tipped over that edge, until more of it touches the ground."""
     area = samples.sizes
     center = area @ samples.points / max(area.sum(), 1e-300)
-    height = samples.points @ up
-    low, high = np.percentile(height, BULK)
+    height, low, high = heights_along(samples, up)
     across = unit(np.cross(up, X if abs(up[0]) < 0.5 else Y))
     angle = np.linspace(0, 2 * np.pi, 64, endpoint=False)[:, None]
     edges = np.cos(angle) * across + np.sin(angle) * np.cross(up, across)
@@ -223,8 +216,7 @@ def _on_feet(samples):
     up = Z if thin == 1 else Y
     if _stability(samples, up) <= 0:
         return None
-    height = samples.points @ up
-    low, high = np.percentile(height, BULK)
+    height, low, high = heights_along(samples, up)
     places = samples.points[height <= low + STANCE * (high - low), 0]
     thirds = np.histogram(places, 3)[0]
     return Up(up, True) if thirds[1] == 0 else None
@@ -270,8 +262,9 @@ def _upright(samples, found, ups):
 def _of_base(samples, ups):
     """Closed things stand on what is level, or have it on top; which of them, usage tells."""
     usual = [up for index, up in enumerate(ups) if _is_usual(index, ups)]
-    outward = Surface(samples.points, np.where(samples.two_sided[:, None], 0.0, samples.areas),
-                      np.zeros_like(samples.two_sided))
+    outward = samples if not samples.two_sided.any() else Surface(
+        samples.points, np.where(samples.two_sided[:, None], 0.0, samples.areas),
+        np.zeros_like(samples.two_sided))
     base = [_level_ends(outward, 0 - up)[1] for up in usual]
     most = [low + _level_ends(outward, up)[1] for low, up in zip(base, usual)]
     best = int(np.argmax(most))
@@ -316,7 +309,7 @@ def _of_facade(samples, thin):
 
 def is_open(samples):
     """Whether the surface has an open side, through which its back would be seen."""
-    return bool(np.linalg.norm(_opening(samples)) > OPEN)
+    return bool(np.linalg.norm(samples.opening) > OPEN)
 
 
 def _is_model(samples):
