@@ -38,6 +38,13 @@ def _is_image(across, along, depth):
     return (_occupied(across) > SPREAD_OUT * columns and _occupied(along) > SPREAD_OUT * rows)
 
 
+def _some(points, most):
+    """About so many, without invalid ones"""
+    points = points[::max(1, len(points) // most)].astype(np.float64)
+    with np.errstate(invalid="ignore"):
+        return points[np.isfinite(points).all(axis=1) & (points != 0).any(axis=1)]
+
+
 def image_axes(points):
     """-> the direction in which the sensor looked from the origin, and what was up for it, or None if
     the points are no depth image. Pixels are apart by the same slope, so that only these images have
@@ -45,12 +52,14 @@ def image_axes(points):
 
     points: [n, 3]
     """
-    points = points[::max(1, len(points) // SAMPLES)].astype(np.float64)
-    with np.errstate(invalid="ignore"):
-        points = points[np.isfinite(points).all(axis=1) & (points != 0).any(axis=1)]
+    few = _some(points, FEWEST)  # of most clouds these tell that the origin is among them
+    possible = [axes for axes in AXES if (few @ np.array(axes[0], np.float64)).min(initial=1.0) > 0]
+    if not possible:
+        return None
+    points = _some(points, SAMPLES)
     if len(points) < FEWEST:
         return None
-    for axes in AXES:
+    for axes in possible:
         forward, up = np.array(axes, np.float64)
         depth = points @ forward
         if depth.min() > 0 and _is_image(points @ np.cross(forward, up), points @ up, depth):
