@@ -113,7 +113,7 @@ unsigned int HiddenFrom(
 /// RasterTarget::FindBright.
 BrightBlocks FindBright(const PixelTile& tile, const float* behind, const BrightLimits& limits)
 {
-  BrightBlocks bright{ 0, 0 };
+  BrightBlocks bright{};
   for (int i = 0; i < BlocksPerTile; ++i)
   {
     const Lanes through = behind[i] * Lanes::Load(tile.Finished[i].Transmittance);
@@ -121,6 +121,7 @@ BrightBlocks FindBright(const PixelTile& tile, const float* behind, const Bright
     alignas(64) float sums[LaneCount];
     (pairs + Swap(pairs, 2)).Store(sums); // of four lanes each
     const float mean = ((sums[0] + sums[4]) + (sums[8] + sums[12])) * (1.0f / PixelsPerBlock);
+    bright.MeanSquare[i] = mean;
     const bool isLarge = Any(through >= limits.Largest);
     const bool isBright = mean >= limits.RootMeanSquare * limits.RootMeanSquare;
     bright.ByLargest |= static_cast<std::uint64_t>(isLarge ? 1 : 0) << i;

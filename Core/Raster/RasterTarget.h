@@ -206,7 +206,7 @@ struct TilePlace
   float X, Y;    ///< its centre, px from the tile's lower left corner
 };
 
-/// Transmittances from which on a block is bright (TileRaster::FindBright).
+/// Transmittances from which on a block is bright (AncestorChoice.h).
 struct BrightLimits
 {
   float Largest;        ///< of its pixels
@@ -217,6 +217,7 @@ struct BrightLimits
 struct BrightBlocks
 {
   std::uint64_t ByLargest, ByMean;
+  float MeanSquare[BlocksPerTile]; ///< of what they let through
 };
 
 /// Splats of surfels and tents that are added to a tile together.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Core/Raster/TileRaster.h"
 
-#include "Core/Raster/BlockMasks.h"
+#include "Core/Raster/AncestorChoice.h"
 
 #include <algorithm>
 #include <cmath>
@@ -172,26 +172,20 @@ void TileRaster::TakeRuns(LazySplats& lazy, const std::uint32_t*& run, const std
   const int bottom = this->OriginY, top = bottom + TileSize;
   const SplatList& list = lazy.Splats();
   lazy.Announce(run, end);
-  const bool hasAncestors = lazy.CoarserBelow() > 0.0f; // of captures and volumes
-  const BrightBlocks bright = hasAncestors ? this->FindBright(lazy) : BrightBlocks{};
-  const auto choose = [&](std::uint32_t r) {
-    if (!hasAncestors)
-    {
-      return lazy.Choose(r, false);
-    }
-    const std::uint64_t blocks = this->BlocksOfRun(lazy, r);
-    return lazy.Choose(
-      r, (blocks & bright.ByLargest) == 0 || (lazy.IsBlurred(r) && (blocks & bright.ByMean) == 0));
-  };
+  const AncestorChoice choose(lazy, Target, this->Tile, this->Run, this->OriginX, this->OriginY);
+  // Those that are prefetched are chosen once.
+  LazySplats::Wanted next = choose(*run), afterNext = run + 1 < end ? choose(run[1]) : next;
   std::size_t size = before;
   while (run != end && size < wanted && !(size > 0 && lazy.Near(*run) > this->PendingFar))
   {
     this->PendingFar = std::max(this->PendingFar, lazy.Far(*run));
+    const LazySplats::Wanted wanted = next;
+    next = afterNext;
     if (run + 2 < end)
     {
-      lazy.Prefetch(choose(run[2]));
+      lazy.Prefetch(afterNext = choose(run[2]));
     }
-    const LazySplats::Wanted wanted = choose(*run++);
+    ++run;
     const SplatList::Part& part = lazy.Get(wanted);
     const PixelBox& all = lazy.Box(wanted);
     if (all.X0 >= right || all.X1 <= left || all.Y0 >= top || all.Y1 <= bottom)
@@ -313,30 +307,6 @@ bool TileRaster::BecomesOpaque(float near)
     this->EndRun();
   }
   return this->IsOpaque(near);
-}
-
-/// Blocks that let so much through that all nodes behind them are drawn, as far as it is known:
-/// open layers let all through.
-BrightBlocks TileRaster::FindBright(const LazySplats& lazy) const
-{
-  float behind[BlocksPerTile];
-  if (this->Run.IsOpen())
-  {
-    this->Run.LargestThrough(behind);
-  }
-  else
-  {
-    std::fill_n(behind, BlocksPerTile, 1.0f);
-  }
-  return Target.FindBright(this->Tile, behind, { lazy.CoarserBelow(), lazy.CoarserInBlurBelow() });
-}
-
-/// Blocks that a run's splats may touch.
-std::uint64_t TileRaster::BlocksOfRun(const LazySplats& lazy, std::uint32_t run) const
-{
-  const PixelBox& box = lazy.Bounds(run);
-  return BlocksOf({ std::max(0, box.X0 - this->OriginX), std::max(0, box.Y0 - this->OriginY),
-    std::min(TileSize, box.X1 - this->OriginX), std::min(TileSize, box.Y1 - this->OriginY) });
 }
 
 /// The background that shines through the last layers may have any colour.

@@ -64,8 +64,6 @@ private:
   unsigned int BehindProps(int block, float near) const;
   bool IsOpaque(float near) const;
   bool BecomesOpaque(float near);
-  BrightBlocks FindBright(const LazySplats& lazy) const;
-  std::uint64_t BlocksOfRun(const LazySplats& lazy, std::uint32_t run) const;
   float LargestDoubt() const;
   void Clear();
   void ClearPixels();

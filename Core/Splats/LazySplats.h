@@ -9,8 +9,8 @@
  * by the first tile that needs it; its splats do not depend on which tile this is.
  *
  * Little shines through a capture in front of its far side, but not nothing. A tile that lets less
- * than CoarserBelow() through can ask for a run's ancestors instead, an eighth as many. Where the
- * lens blurs the run, CoarserInBlurBelow() is little enough.
+ * than CoarserBelow() through can ask for a run's ancestors instead, an eighth as many
+ * (Core/Raster/AncestorChoice.h).
  */
 #pragma once
 
@@ -41,9 +41,14 @@ public:
   bool IsEmpty() const { return this->Runs.empty(); }
 
   /// The transmittance below which coarser runs are good enough; 0: there are none.
-  float CoarserBelow() const { return this->LargestThrough; }
-  /// The same for runs that the lens blurs, of the root mean square in a block of pixels.
-  float CoarserInBlurBelow() const { return this->LargestThroughInBlur; }
+  struct LittleLight
+  {
+    float OfVolumes = 0.0f;
+    float OfCaptures = 0.0f; ///< root mean square where a run is
+    float InBlur = 0.0f;     ///< root mean square in a block of pixels, if the lens blurs the run
+  };
+  const LittleLight& CoarserBelow() const { return this->Little; }
+  bool HasCoarser(std::uint32_t run) const { return this->Runs[run].HasCoarser; }
 
   /// Runs that can reach a tile, by ascending near depth.
   const std::uint32_t* Begin(std::size_t tile) const
@@ -56,6 +61,7 @@ public:
   }
   /// Whether the lens blurs all of a run by a pixel or more.
   bool IsBlurred(std::uint32_t run) const { return this->Runs[run].Chosen.Blur >= 1.0f; }
+  bool IsOfVolume(std::uint32_t run) const { return this->Runs[run].IsOfVolume; }
   /// Contains a run's splats, whatever they are made of.
   const PixelBox& Bounds(std::uint32_t run) const { return this->Runs[run].Chosen.Box; }
   float Near(std::uint32_t run) const { return this->Runs[run].Chosen.Near; }
@@ -67,12 +73,6 @@ public:
     std::uint32_t Run;
     bool Coarser;
   };
-  /// Coarser, if there are such nodes.
-  Wanted Choose(std::uint32_t run, bool coarser) const
-  {
-    return { run, coarser && this->Runs[run].HasCoarser };
-  }
-
   /// Prefetches the surfels of a run that will be needed soon, or what sorts its splats.
   void Prefetch(const Wanted& wanted) const;
 
@@ -117,7 +117,7 @@ private:
   {
     const SplatMaker* Maker;
     CutRange Chosen;
-    bool HasCoarser;
+    bool HasCoarser, IsOfVolume;
     Made Own{};
   };
 
@@ -138,8 +138,7 @@ private:
   std::vector<std::unique_ptr<SplatMaker>> Makers; // of the clouds so far, and of earlier frames
   bool HasGuards = false;                          // some clouds are in files
   std::size_t NumberOfClouds = 0;
-  float LargestThroughInBlur = 0.0f;
-  float LargestThrough = 0.0f;
+  LittleLight Little;
   std::vector<Run> Runs;
   std::vector<Made> Coarser;        // of each run, if some clouds have coarser ones
   std::vector<std::uint64_t> Order; // near depth above, index of the run below

@@ -541,19 +541,21 @@ void TestBeginRun(const RasterTarget& target)
   CHECK(bright > 100);
 }
 
-/// Blocks by their largest T, and by its root mean square.
+/// Blocks by their largest T, and by its root mean square, which is known of each.
 void TestFindBright(const RasterTarget& target)
 {
   Random random(26);
   const auto tile = EmptyTile();
   float behind[BlocksPerTile];
+  double squares[BlocksPerTile] = {};
   std::uint64_t byLargest = 0, byMean = 0;
   const BrightLimits limits{ 0.5f, 0.2f };
   for (int b = 0; b < BlocksPerTile; ++b)
   {
     const double most = random();
     behind[b] = static_cast<float>(random.Uniform(0.5, 1.0));
-    double largest = 0.0, squared = 0.0;
+    double largest = 0.0;
+    double& squared = squares[b];
     for (float& through : tile->Finished[b].Transmittance)
     {
       through = static_cast<float>(most * random());
@@ -567,6 +569,10 @@ void TestFindBright(const RasterTarget& target)
   const BrightBlocks bright = target.FindBright(*tile, behind, limits);
   CHECK(bright.ByLargest == byLargest);
   CHECK(bright.ByMean == byMean);
+  for (int b = 0; b < BlocksPerTile; ++b)
+  {
+    CHECK_NEAR(bright.MeanSquare[b], squares[b], 1e-6);
+  }
   CHECK(byLargest != 0);
   CHECK(byLargest != byMean);
 }
