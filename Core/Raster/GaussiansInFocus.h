@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Leaves of captures without a lens, in tiles that have nothing but finished layers: T has no
+ * Captures without a lens, in tiles that have nothing but finished layers: T has no
  * moments, and what a fragment hides is T times its opacity. The sums are those of
  * GaussianLayers.h, which has all else.
  *
@@ -16,13 +16,15 @@ namespace SurfelSplatting
 {
 namespace
 {
-/// Whether it is a leaf of a capture that touches nothing but finished layers without moments, and
-/// nobody asks for more. Optical depths stay with the others, which round otherwise.
+/// Whether it is of a capture, touches nothing but finished layers without moments, and nobody asks
+/// for more. Leaves that merge are both opacity and optical depth, and few; volumes, which have an
+/// extent in depth, round as GaussianLayers.h does.
 SURFELSPLATTING_INLINE bool IsInFocus(
   const Splat& splat, const RasterSettings& settings, const RasterCallbacks& callbacks)
 {
   return settings.LensRadius == 0.0f && !settings.HasLayers && !settings.Doubts &&
-    !callbacks.Leaked && splat.Opacity <= 0.0f && splat.Shape <= -1.0f;
+    !callbacks.Leaked && splat.Shape <= -1.0f &&
+    (splat.Opacity <= 0.0f || (splat.Opacity >= 1.0f && splat.Far <= splat.Near));
 }
 
 /// A Gaussian in focus, and the pixels of a block as it sees them.
@@ -59,16 +61,21 @@ struct FocusedGaussian
 };
 
 /// Composites the fragments of a Gaussian into a block.
+/// @tparam IsDepth whether its weight is an optical depth
 /// @return whether all of its pixels are opaque
+template <bool IsDepth>
 SURFELSPLATTING_INLINE bool CompositeInFocus(
   FinishedLayers& done, const FocusedGaussian& s, const Lanes& q, const LaneMask& inside)
 {
   const Lanes before = Lanes::Load(done.Transmittance);
   constexpr float perSquare = -0.72134752f; // exp(-q/2) is a power of two
   const Lanes weight = TimesPowerOfTwo(s.Weight, perSquare * q);
+  constexpr float perDepth = -1.44269504f;
+  const Lanes opacity = IsDepth ? 1.0f - TimesPowerOfTwo(1.0f, perDepth * Smaller(weight, 80.0f))
+                                : Smaller(weight, MaxOpacity);
   const LaneMask visible = inside & (Lanes::Load(done.OccluderDepth) >= s.Depth);
-  const Lanes hides = Select(visible, before * Smaller(weight, MaxOpacity), 0.0f);
-  const Lanes after = Larger(before - hides, 0.0f);
+  const Lanes hides = Select(visible, before * opacity, 0.0f);
+  const Lanes after = before - hides; // never less than 0
   AddTo(done.Red, hides * s.Red);
   AddTo(done.Green, hides * s.Green);
   AddTo(done.Blue, hides * s.Blue);
@@ -78,7 +85,8 @@ SURFELSPLATTING_INLINE bool CompositeInFocus(
   return !Any(after > MinTransmittance);
 }
 
-/// Adds a leaf in focus. A function of its own, so that its constants stay in registers.
+/// Adds a Gaussian in focus. A function of its own, so that its constants stay in registers.
+template <bool IsDepth>
 __attribute__((noinline)) std::uint64_t AddInFocus(
   PixelTile& tile, const Splat& splat, const TilePlace& place, bool skipHidden)
 {
@@ -94,7 +102,7 @@ __attribute__((noinline)) std::uint64_t AddInFocus(
     const Lanes q = s.RadiusSquared(block);
     const LaneMask inside = q < s.Reach;
     fragments += static_cast<std::uint64_t>(__builtin_popcount(inside.ToBits()));
-    const bool isOpaque = CompositeInFocus(tile.Finished[block], s, q, inside);
+    const bool isOpaque = CompositeInFocus<IsDepth>(tile.Finished[block], s, q, inside);
     opaque |= static_cast<std::uint64_t>(isOpaque ? 1 : 0) << block;
   }
   tile.Opaque |= opaque;

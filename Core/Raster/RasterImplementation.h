@@ -85,7 +85,8 @@ std::uint64_t AddGaussian(PixelTile& tile, const Splat& splat, const LensFootpri
   }
   if (IsInFocus(splat, settings, callbacks))
   {
-    return AddInFocus(tile, splat, place, settings.SkipHidden);
+    return splat.Opacity > 0.0f ? AddInFocus<true>(tile, splat, place, settings.SkipHidden)
+                                : AddInFocus<false>(tile, splat, place, settings.SkipHidden);
   }
   return AddBlocks<false>(tile, splat, lens, place, settings, callbacks);
 }

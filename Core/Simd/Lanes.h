@@ -298,20 +298,22 @@ SURFELSPLATTING_INLINE Lanes ExpOfMinus(const Lanes& x)
   return e;
 }
 
-/// a 2^x for x in [-80, 0], as ExpOfMinus, but by Estrin's scheme: half as long a chain of
-/// operations, for loops that wait for it. Rounds otherwise. Other lanes get any number or NaN.
+/// a 2^x for x in [-125, 0], off by 3e-7 of it, by Estrin's scheme: half as long a chain of
+/// operations as of ExpOfMinus, for loops that wait for it. Other lanes get any number or NaN.
 SURFELSPLATTING_INLINE Lanes TimesPowerOfTwo(float a, const Lanes& x)
 {
-  const Lanes shifted = x + 12582912.0f;
-  const Lanes f = x - (shifted - 12582912.0f), squared = f * f;
+  constexpr float toExponent = 12582912.0f + 127.0f; // 1.5 * 2^23, and the bias of exponents
+  const Lanes shifted = x + toExponent;
+  const Lanes f = x - (shifted - toExponent), squared = f * f;
   Lanes scale;
   for (int p = 0; p < PartCount; ++p)
   {
-    scale.P[p] = (LanePart)(((IntPart)shifted.P[p] + 127) << 23);
+    scale.P[p] = (LanePart)((IntPart)shifted.P[p] << 23);
   }
-  const Lanes low = 6.931472028e-1f * f + 1.0f, middle = 5.550332471e-2f * f + 2.402264791e-1f;
-  const Lanes high = 1.535336188e-4f * squared + (1.339887440e-3f * f + 9.618437357e-3f);
-  return ((high * squared) * squared + (middle * squared + low)) * (a * scale);
+  // The polynomial of degree 5 with the smallest relative error in [-1/2, 1/2].
+  const Lanes low = 6.931469440e-1f * f + 1.0f, middle = 5.550713092e-2f * f + 2.402212024e-1f;
+  const Lanes high = 1.327647129e-3f * f + 9.675540961e-3f;
+  return ((high * squared + middle) * squared + low) * (a * scale);
 }
 }
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Leaves of captures in focus have loops of their own (GaussiansInFocus.h). Of every instruction
- * set that this machine has, they must do what those do that tiles with open layers need.
+ * Captures in focus have loops of their own (GaussiansInFocus.h). Of every instruction set that
+ * this machine has, they must do what those do that tiles with open layers need.
  */
 #include "Core/Lens/GaussianFootprint.h"
 #include "TargetUnderTest.h"
@@ -15,14 +15,16 @@ using namespace SurfelSplatting;
 
 namespace
 {
-Splat RandomInFocus(Random& random)
+/// @param absorbs its weight is an optical depth
+Splat RandomInFocus(Random& random, bool absorbs)
 {
   Splat s{};
   const double wide = std::pow(10.0, random.Uniform(0.0, 1.0));
   s.A = static_cast<float>(random.Uniform(1.0, 8.0) / (wide * wide));
   s.B = static_cast<float>(1.0 / (wide * wide));
   s.K = static_cast<float>(random.Uniform(-1.0, 1.0));
-  s.Weight = static_cast<float>(random.Uniform(0.05, 1.3));
+  s.Weight = static_cast<float>(random.Uniform(0.05, absorbs ? 5.0 : 1.3));
+  s.Opacity = absorbs ? 1.0f : 0.0f;
   s.Shape = -1.0f;
   s.DepthX = static_cast<float>(random.Uniform(LeastGaussianReach, LargestGaussianReach));
   s.Red = static_cast<float>(random());
@@ -68,7 +70,7 @@ void TestLoops(const RasterTarget& target)
   const auto own = TileBehindProp(), general = TileBehindProp();
   for (int i = 0; i < 400; ++i)
   {
-    Splat s = RandomInFocus(random);
+    Splat s = RandomInFocus(random, random() < 0.3);
     s.Near = s.Far = 1.0f + static_cast<float>(i);
     const auto at = [&] { return static_cast<float>(random.Uniform(-8.0, 32.0)); };
     const TilePlace place{ { 0, 0, TileSize, TileSize }, at(), at() };
