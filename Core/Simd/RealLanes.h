@@ -14,6 +14,10 @@
 #include <cstdint>
 #include <type_traits>
 
+#if defined(__AVX2__)
+#include <immintrin.h>
+#endif
+
 namespace SurfelSplatting
 {
 /// Types with as many lanes as Real: masks, floats and integers.
@@ -123,10 +127,21 @@ SURFELSPLATTING_INLINE Lanes FillLanes(int count, Function&& function)
   }
 }
 
-/// The larger value of each lane; b where a is NaN.
+/// The larger value of each lane; b where a is NaN. GCC 12 would compare and choose vectors.
 template <class Real>
 SURFELSPLATTING_INLINE Real Larger(const Real& a, const Real& b)
 {
+#if defined(__AVX512F__)
+  if constexpr (sizeof(Real) == sizeof(__m512d))
+  {
+    return _mm512_maskz_max_pd(0xff, a, b);
+  }
+#elif defined(__AVX2__)
+  if constexpr (sizeof(Real) == sizeof(__m256d))
+  {
+    return _mm256_max_pd(a, b);
+  }
+#endif
   return a > b ? a : b;
 }
 
@@ -134,6 +149,17 @@ SURFELSPLATTING_INLINE Real Larger(const Real& a, const Real& b)
 template <class Real>
 SURFELSPLATTING_INLINE Real Smaller(const Real& a, const Real& b)
 {
+#if defined(__AVX512F__)
+  if constexpr (sizeof(Real) == sizeof(__m512d))
+  {
+    return _mm512_maskz_min_pd(0xff, a, b);
+  }
+#elif defined(__AVX2__)
+  if constexpr (sizeof(Real) == sizeof(__m256d))
+  {
+    return _mm256_min_pd(a, b);
+  }
+#endif
   return a < b ? a : b;
 }
 
@@ -202,10 +228,23 @@ SURFELSPLATTING_INLINE Mask Not(const Mask& mask)
   }
 }
 
+/// The lanes before a number of them.
+template <class Real>
+SURFELSPLATTING_INLINE MaskOf<Real> LanesBefore(double count)
+{
+  return FillLanes<Real>(LaneTypes<Real>::Count, [](int l) { return l; }) < count;
+}
+
 /// Number of lanes that are set in a mask.
 template <class Real>
 SURFELSPLATTING_INLINE int CountLanes(const MaskOf<Real>& mask)
 {
+#if defined(__AVX512F__)
+  if constexpr (sizeof(Real) == sizeof(__m512i))
+  {
+    return __builtin_popcount(_mm512_test_epi64_mask((__m512i)mask, (__m512i)mask));
+  }
+#endif
   int count = 0;
   for (int l = 0; l < LaneTypes<Real>::Count; ++l)
   {
@@ -217,6 +256,17 @@ SURFELSPLATTING_INLINE int CountLanes(const MaskOf<Real>& mask)
 template <class Real>
 SURFELSPLATTING_INLINE bool AnyLane(const MaskOf<Real>& mask)
 {
+#if defined(__AVX512F__)
+  if constexpr (sizeof(Real) == sizeof(__m512i))
+  {
+    return _mm512_test_epi64_mask((__m512i)mask, (__m512i)mask) != 0;
+  }
+#elif defined(__AVX2__)
+  if constexpr (sizeof(Real) == sizeof(__m256i))
+  {
+    return _mm256_testz_si256((__m256i)mask, (__m256i)mask) == 0;
+  }
+#endif
   std::int64_t any = 0;
   for (int l = 0; l < LaneTypes<Real>::Count; ++l)
   {

@@ -17,11 +17,15 @@ template <class Real>
 struct BatchIndices
 {
   std::size_t I[LaneTypes<Real>::Count], Parents[LaneTypes<Real>::Count];
-  MaskOf<Real> Present;
+  int Count; ///< of surfels, in the first lanes
   int Level;      ///< level in the hierarchy, the same for all lanes; 0: surfels
   double Merging; ///< with the parents, the same for all lanes (CutRange.h)
 
   SURFELSPLATTING_INLINE std::size_t operator[](int lane) const { return this->I[lane]; }
+  SURFELSPLATTING_INLINE MaskOf<Real> ArePresent() const
+  {
+    return LanesBefore<Real>(this->Count);
+  }
   SURFELSPLATTING_INLINE bool HasNodes() const { return this->Level > 0 || this->Merging > 0.0; }
 
   SURFELSPLATTING_INLINE BatchIndices AtParents() const
@@ -460,8 +464,9 @@ SURFELSPLATTING_INLINE PlacedSurfels<Real> MoveToCamera(const SetupJob& job,
   s.InverseZ = view.Parallel ? Uniform<Real>(1.0) : 1.0 / s.P.Z;
   s.Covariance = ToCamera(job.Linear, stored.Covariance);
   s.Overlap = stored.Overlap;
-  s.Invalid = index.Present & Not(finite);
-  s.Alive = index.Present & finite & (s.P.Z >= view.Near) & (s.P.Z <= view.Far);
+  const MaskOf<Real> present = index.ArePresent();
+  s.Invalid = present & Not(finite);
+  s.Alive = present & finite & (s.P.Z >= view.Near) & (s.P.Z <= view.Far);
   return s;
 }
 

@@ -182,7 +182,7 @@ SURFELSPLATTING_INLINE void MarkGaussians(const SetupJob& job, const BatchIndice
   {
     WriteFootprints(
       SpaceFootprints(QuarterOfConfusion(job, b), OpacityOfCenter(job, index, inFocus), slopes),
-      b.Surfels.Alive, first, output);
+      b.Surfels.Alive, index.Count, first, output);
   }
 }
 

@@ -124,7 +124,7 @@ SURFELSPLATTING_INLINE void MakeRun(const SetupJob& job, const CutRange& run, do
         index.Parents[l] = run.Parents + place / 2;
       }
     }
-    index.Present = GatherMask<Real>([&](int l) { return i + l < end; });
+    index.Count = static_cast<int>(end - i < lanes ? end - i : lanes);
     MakeAnyBatch(job, index, output);
   }
 }

@@ -101,16 +101,17 @@ struct SplatBatch
   const SurfelColors<Real>& Colors;
 };
 
+/// Sums are tested, which takes less time: none of their terms is larger, or not finite.
 template <class Real>
 SURFELSPLATTING_INLINE MaskOf<Real> IsRepresentable(const SplatBatch<Real>& b)
 {
-  return Within(b.Places.X, MaxSplatCoordinate) & Within(b.Places.Y, MaxSplatCoordinate) &
-    Within(b.Kernel.K, MaxSplatCoordinate) & Within(b.Kernel.A, MaxSplatCoordinate) &
-    Within(b.Kernel.B, MaxSplatCoordinate) & Within(b.Weight, MaxSplatWeight) &
-    Within(b.Depths.Near, MaxSplatDepth) & Within(b.Depths.Far, MaxSplatDepth) &
-    Within(b.Depths.SlopeX, MaxSplatDepth) & Within(b.Depths.SlopeY, MaxSplatDepth) &
-    IsFinite(b.Colors.Red) & IsFinite(b.Colors.Green) & IsFinite(b.Colors.Blue) &
-    IsFinite(b.Colors.Opacity);
+  const Real places = Magnitude(b.Places.X) + Magnitude(b.Places.Y) + Magnitude(b.Kernel.K) +
+    Magnitude(b.Kernel.A) + Magnitude(b.Kernel.B);
+  const Real depths = Magnitude(b.Depths.Near) + Magnitude(b.Depths.Far) +
+    Magnitude(b.Depths.SlopeX) + Magnitude(b.Depths.SlopeY);
+  const Real colors = b.Colors.Red + b.Colors.Green + b.Colors.Blue + b.Colors.Opacity;
+  return (places <= MaxSplatCoordinate) & (depths <= MaxSplatDepth) &
+    Within(b.Weight, MaxSplatWeight) & IsFinite(colors);
 }
 
 /// How a colour changes over a footprint.
@@ -217,19 +218,39 @@ SURFELSPLATTING_INLINE void PrepareToWrite(const SplatOutput& output)
   }
 }
 
-/// Records the grid of the splat written last.
-SURFELSPLATTING_INLINE void NoteGrid(const Splat& s, int cell, SplatOutput& output)
+/// Records the grids of the splats that were written last, from splat `first` on.
+template <class Real>
+SURFELSPLATTING_INLINE void NoteGrids(
+  const MaskOf<Real>& alive, const Real& cells, std::size_t first, SplatOutput& output)
 {
-  const int level = LevelOfCell(cell);
-  if (output.GridLevels)
+  if (!AnyLane<Real>(alive & (cells > 1.0)))
   {
-    output.GridLevels[output.Count] = static_cast<unsigned char>(level);
+    output.Levels |= output.Count > first ? 1 : 0;
+    if (output.GridLevels)
+    {
+      __builtin_memset(output.GridLevels + first, 0, output.Count - first);
+    }
+    return;
   }
-  output.Levels |= 1u << level;
-  if (level > 0)
+  for (int l = 0; l < LaneTypes<Real>::Count; ++l)
   {
-    const float rg = s.Red > s.Green ? s.Red : s.Green, rgb = rg > s.Blue ? rg : s.Blue;
-    output.LargestCoarseColor = rgb > output.LargestCoarseColor ? rgb : output.LargestCoarseColor;
+    if (LaneAt(alive, l))
+    {
+      const Splat& s = output.Splats[first];
+      const int level = LevelOfCell(static_cast<int>(LaneAt(cells, l)));
+      if (output.GridLevels)
+      {
+        output.GridLevels[first] = static_cast<unsigned char>(level);
+      }
+      output.Levels |= 1u << level;
+      if (level > 0)
+      {
+        const float rg = s.Red > s.Green ? s.Red : s.Green, rgb = rg > s.Blue ? rg : s.Blue;
+        float& largest = output.LargestCoarseColor;
+        largest = rgb > largest ? rgb : largest;
+      }
+      ++first;
+    }
   }
 }
 
@@ -337,18 +358,30 @@ SURFELSPLATTING_INLINE FootprintRows<Real> LensFootprints(
       Narrow<Real>(b.Surfels.Visible.TwoSided ? Uniform<Real>(1.0) : Real{}), FloatOf<Real>{} } } };
 }
 
+/// Writes what the lanes that are alive have. Of the others, the next lane overwrites it: a branch
+/// could not be predicted.
+/// @param write function(lane, i): writes that of a lane as the i-th
+/// @param first of the batch's splats @return behind the last one
+template <class Real, class Function>
+SURFELSPLATTING_INLINE std::size_t WriteAlive(
+  const MaskOf<Real>& alive, int count, std::size_t first, Function&& write)
+{
+  for (int l = 0; l < count; ++l)
+  {
+    write(l, first);
+    first += LaneAt(alive, l) ? 1 : 0;
+  }
+  return first;
+}
+
 /// @param first of the batch's splats
 template <class Real>
 SURFELSPLATTING_INLINE void WriteFootprints(const FootprintRows<Real>& rows,
-  const MaskOf<Real>& alive, std::size_t first, SplatOutput& output)
+  const MaskOf<Real>& alive, int count, std::size_t first, SplatOutput& output)
 {
-  for (int l = 0; l < LaneTypes<Real>::Count; ++l)
-  {
-    if (LaneAt(alive, l))
-    {
-      StoreRow(rows.Parts, l, &output.Footprints[first++]);
-    }
-  }
+  LensFootprint* const footprints = output.Footprints;
+  WriteAlive<Real>(alive, count, first,
+    [&](int l, std::size_t i) { StoreRow(rows.Parts, l, footprints + i); });
 }
 
 /// Writes the splats of the lanes that are alive and representable.
@@ -362,27 +395,25 @@ SURFELSPLATTING_INLINE void Write(
   alive &= representable;
   const SplatFields<Real> fields(b);
   const RowParts<Real> boxes = b.Places.Boxes();
+  const FloatOf<Real> nears = Narrow<Real>(b.Depths.Near);
   const std::size_t first = output.Count;
-  for (int l = 0; l < LaneTypes<Real>::Count; ++l)
-  {
-    if (LaneAt(alive, l))
-    {
-      Splat& s = output.Splats[output.Count];
-      StoreRow(fields.Parts, l, &s);
-      boxes.Store(l, &output.Boxes[output.Count]);
-      output.Nears[output.Count] = s.Near;
-      NoteGrid(s, static_cast<int>(LaneAt(b.Footprints.Cell, l)), output);
-      output.Blurred += LaneAt(b.Blur.ConfusionX, l) > 0.0 ? 1 : 0;
-      ++output.Count;
-    }
-  }
+  Splat* const splats = output.Splats;
+  PixelBox* const pixels = output.Boxes;
+  float* const depths = output.Nears;
+  output.Count = WriteAlive<Real>(alive, index.Count, first, [&](int l, std::size_t i) {
+    StoreRow(fields.Parts, l, splats + i);
+    boxes.Store(l, pixels + i);
+    depths[i] = LaneAt(nears, l);
+  });
+  output.Blurred += CountLanes<Real>(alive & (b.Blur.ConfusionX > 0.0));
+  NoteGrids(alive, b.Footprints.Cell, first, output);
   if (AnyLane<Real>(alive & b.Footprints.Tilted))
   {
     WriteGradients(job, index, b, first, output);
   }
   if (output.Footprints && !job.Cloud.IsInSpace())
   {
-    WriteFootprints(LensFootprints(job, b), alive, first, output);
+    WriteFootprints(LensFootprints(job, b), alive, index.Count, first, output);
   }
 }
 }
