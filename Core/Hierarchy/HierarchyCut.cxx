@@ -80,6 +80,8 @@ struct ScreenAxis
   double Focal;  ///< Fx or Fy of the view
   double Center; ///< Cx or Cy
   int Size;      ///< of the picture, px
+  /// Lengths of the normals (Focal, border) of the planes through the lens and the borders.
+  double LowNormal = Length(Focal, -Center), HighNormal = Length(Focal, Size - Center);
 };
 
 struct PixelInterval
@@ -236,7 +238,7 @@ private:
     for (int level = at.Level; level >= lowest; --level)
     {
       const double needed = level > 0
-        ? std::fmin(this->NeededSize(at, level, allowed.OfLeaves), coarser / MergingBand)
+        ? std::fmin(this->NeededSize(at, level, allowed.OfLeaves), coarser * (1.0 / MergingBand))
         : 0.0;
       if (allowed.Sigma >= needed)
       {
@@ -460,8 +462,8 @@ private:
     }
     // Distance from the plane through the lens and the picture's border.
     const double low = -c, high = size - c;
-    return scaled - low * z < -Length(f, low) * margin ||
-      scaled - high * z > Length(f, high) * margin;
+    return scaled - low * z < -axis.LowNormal * margin ||
+      scaled - high * z > axis.HighNormal * margin;
   }
 
   /// Whether n . (x - c) > 0 for all normals n of the node's cone, points x of the ball, and points
@@ -486,17 +488,17 @@ private:
     {
       return a[2] > sinCone * length;
     }
-    const double distance = Norm(ball.Center);
-    const double radius = ball.Radius + this->Optics.Radius;
-    if (!(radius < distance))
+    // Of the ball as seen from the lens, times its distance.
+    const double sinBall = ball.Radius + this->Optics.Radius;
+    const double squared = Dot(ball.Center, ball.Center) - sinBall * sinBall;
+    if (!(squared > 0.0))
     {
       return false;
     }
-    const double sinBall = radius / distance;
-    const double cosBall = std::sqrt(1.0 - sinBall * sinBall);
+    const double cosBall = std::sqrt(squared);
     // Cone and ball together take less than a right angle, and the axis is within the rest of it.
     return cosCone * cosBall > sinCone * sinBall &&
-      Dot(a, ball.Center) > (sinCone * cosBall + cosCone * sinBall) * length * distance;
+      Dot(a, ball.Center) > (sinCone * cosBall + cosCone * sinBall) * length;
   }
 
   const ClusterBounds& Table;

@@ -321,6 +321,13 @@ SURFELSPLATTING_INLINE Lanes EvaluatePlane(const BatchBlock& at, const BatchItem
   return Smaller(Larger(s.DepthX * dx + s.DepthY * dy, -range), range);
 }
 
+/// @param x 1 - q / support
+SURFELSPLATTING_INLINE Lanes EvaluateBell(const PreparedItem& p, const Lanes& x)
+{
+  const Lanes squared = x * x;
+  return p.Edge * x + squared * (p.Square + p.Fourth * squared);
+}
+
 /// The kernel and its derivative d (KernelEvaluation.h) of an item.
 /// @param x 1 - q / support
 SURFELSPLATTING_INLINE Lanes EvaluateSlope(
@@ -335,8 +342,7 @@ SURFELSPLATTING_INLINE Lanes EvaluateSlope(
   if (p.Kernel == ItemKernel::Bell)
   {
     d = x;
-    const Lanes squared = x * x;
-    return p.Edge * x + squared * (p.Square + p.Fourth * squared);
+    return EvaluateBell(p, x);
   }
   d = ExpOfMinus(Larger(Smaller((1.0f - x) * (0.5f * support), 80.0f), 0.0f));
   return d;
@@ -373,7 +379,8 @@ SURFELSPLATTING_INLINE void AddGradient(
 }
 
 /// Adds a splat's fragments; returns the lanes that it covers.
-template <bool OnLens, RasterPass Pass>
+/// @tparam Plain it has a bell and one colour
+template <bool OnLens, RasterPass Pass, bool Plain>
 SURFELSPLATTING_INLINE unsigned int AddSplatToBlock(
   BlockLayers<OnLens, Pass>& open, const BatchBlock& at, const PreparedItem& p)
 {
@@ -390,7 +397,7 @@ SURFELSPLATTING_INLINE unsigned int AddSplatToBlock(
     return 0;
   }
   Lanes slope;
-  const Lanes kernel = EvaluateSlope(p, x, at.Settings.Support, slope);
+  const Lanes kernel = Plain ? EvaluateBell(p, x) : EvaluateSlope(p, x, at.Settings.Support, slope);
   Lanes peak = p.Weight;
   LensPoints u{ 0.0f, 0.0f };
   if (OnLens)
@@ -418,7 +425,7 @@ SURFELSPLATTING_INLINE unsigned int AddSplatToBlock(
   }
   const Lanes visible = AddCoverage(open, at, weight, p.Opacity, depth, u);
   WeightedColors c{ p.Red, p.Green, p.Blue };
-  if (p.Item->Gradient)
+  if (!Plain && p.Item->Gradient)
   {
     AddGradient(at, *p.Item, slope / Larger(kernel, 1e-30f), c);
   }
@@ -477,7 +484,7 @@ SURFELSPLATTING_INLINE unsigned int AddTentToBlock(
 
 /// Adds the items of a batch to a block. @param items bit k: the k-th item touches it
 /// @return number of fragments
-template <bool OnLens, RasterPass Pass>
+template <bool OnLens, RasterPass Pass, bool Plain>
 SURFELSPLATTING_INLINE std::uint64_t AddItemsToBlock(
   const BatchBlock& at, const PreparedItem* batch, std::uint64_t items)
 {
@@ -492,12 +499,33 @@ SURFELSPLATTING_INLINE std::uint64_t AddItemsToBlock(
   for (; items != 0 && (at.Tile.Opaque & skipped) == 0; items &= items - 1)
   {
     const PreparedItem& item = batch[__builtin_ctzll(items)];
-    const unsigned int lanes = Pass == RasterPass::Layers && item.Kernel == ItemKernel::Tent
+    const unsigned int lanes =
+      !Plain && Pass == RasterPass::Layers && item.Kernel == ItemKernel::Tent
       ? AddTentToBlock(open, at, *item.Item)
-      : AddSplatToBlock(open, at, item);
+      : AddSplatToBlock<OnLens, Pass, Plain>(open, at, item);
     fragments += static_cast<std::uint64_t>(__builtin_popcount(lanes));
   }
   open.Store(at.Tile, at.Block);
+  return fragments;
+}
+
+/// @param touched by block: the items that touch it
+template <bool OnLens, RasterPass Pass, bool Plain>
+SURFELSPLATTING_INLINE std::uint64_t AddPrepared(PixelTile& tile, const PreparedItem* prepared,
+  const std::uint64_t (&touched)[BlocksPerTile], RasterSettings& settings,
+  const RasterCallbacks& callbacks)
+{
+  std::uint64_t fragments = 0;
+  for (int block = 0; block < BlocksPerTile; ++block)
+  {
+    if (touched[block] != 0)
+    {
+      const Lanes x = Lanes::Load(RampX) + (FirstPixel[block % BlocksPerRow] + 0.5f);
+      const Lanes y = Lanes::Load(RampY) + (FirstPixel[block / BlocksPerRow] + 0.5f);
+      fragments += AddItemsToBlock<OnLens, Pass, Plain>(
+        { tile, block, x, y, settings, callbacks }, prepared, touched[block]);
+    }
+  }
   return fragments;
 }
 
@@ -510,6 +538,7 @@ std::uint64_t AddItems(PixelTile& tile, const BatchItem* batch, int count,
   std::uint64_t touched[BlocksPerTile] = {}; // by item, then by block
   PreparedItem prepared[BatchSize];
   const float perSupport = 1.0f / settings.Support;
+  bool arePlain = !OnLens && Pass == RasterPass::Layers;
   for (int k = 0; k < count; ++k)
   {
     const BatchItem& item = batch[k];
@@ -517,20 +546,15 @@ std::uint64_t AddItems(PixelTile& tile, const BatchItem* batch, int count,
                            : BlocksOfSplat(*item.Body, item.Place, settings.Support,
                                Pass == RasterPass::Collect ? FewCells : FewPixels);
     Prepare<OnLens, Pass>(item, settings, perSupport, prepared[k]);
+    arePlain = arePlain && prepared[k].Kernel == ItemKernel::Bell && !item.Gradient;
   }
   Transpose(touched);
-  std::uint64_t fragments = 0;
-  for (int block = 0; block < BlocksPerTile; ++block)
+  // As most batches in focus are: frames take 1 to 2 % less with a loop that tests no kernels.
+  if (arePlain)
   {
-    if (touched[block] != 0)
-    {
-      const Lanes x = Lanes::Load(RampX) + (FirstPixel[block % BlocksPerRow] + 0.5f);
-      const Lanes y = Lanes::Load(RampY) + (FirstPixel[block / BlocksPerRow] + 0.5f);
-      fragments += AddItemsToBlock<OnLens, Pass>(
-        { tile, block, x, y, settings, callbacks }, prepared, touched[block]);
-    }
+    return AddPrepared<OnLens, Pass, true>(tile, prepared, touched, settings, callbacks);
   }
-  return fragments;
+  return AddPrepared<OnLens, Pass, false>(tile, prepared, touched, settings, callbacks);
 }
 
 /// RasterTarget::AddBatch.

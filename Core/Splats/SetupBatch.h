@@ -17,15 +17,12 @@ template <class Real>
 struct BatchIndices
 {
   std::size_t I[LaneTypes<Real>::Count], Parents[LaneTypes<Real>::Count];
-  int Count; ///< of surfels, in the first lanes
+  int Count;      ///< of surfels, in the first lanes
   int Level;      ///< level in the hierarchy, the same for all lanes; 0: surfels
   double Merging; ///< with the parents, the same for all lanes (CutRange.h)
 
   SURFELSPLATTING_INLINE std::size_t operator[](int lane) const { return this->I[lane]; }
-  SURFELSPLATTING_INLINE MaskOf<Real> ArePresent() const
-  {
-    return LanesBefore<Real>(this->Count);
-  }
+  SURFELSPLATTING_INLINE MaskOf<Real> ArePresent() const { return LanesBefore<Real>(this->Count); }
   SURFELSPLATTING_INLINE bool HasNodes() const { return this->Level > 0 || this->Merging > 0.0; }
 
   SURFELSPLATTING_INLINE BatchIndices AtParents() const
@@ -123,7 +120,7 @@ SURFELSPLATTING_INLINE void GatherSurfels(
   const unsigned char* twoSided = cloud.TwoSided;
   s.TwoSided =
     twoSided ? GatherMask<Real>([&](int l) { return twoSided[index[l]]; }) : MaskOf<Real>{};
-  s.Patch = Real{};
+  s.Size = s.Patch = Real{};
   const unsigned char* overlaps = cloud.Overlaps;
   s.Overlap =
     overlaps ? (1.0 / 255.0) * GatherInts<Real>([&](int l) { return overlaps[index[l]]; }) : Real{};

@@ -380,8 +380,8 @@ SURFELSPLATTING_INLINE void WriteFootprints(const FootprintRows<Real>& rows,
   const MaskOf<Real>& alive, int count, std::size_t first, SplatOutput& output)
 {
   LensFootprint* const footprints = output.Footprints;
-  WriteAlive<Real>(alive, count, first,
-    [&](int l, std::size_t i) { StoreRow(rows.Parts, l, footprints + i); });
+  WriteAlive<Real>(
+    alive, count, first, [&](int l, std::size_t i) { StoreRow(rows.Parts, l, footprints + i); });
 }
 
 /// Writes the splats of the lanes that are alive and representable.
