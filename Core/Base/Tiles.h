@@ -88,4 +88,40 @@ void ForTiles(const PixelBox& box, int tilesX, Function&& function)
     }
   }
 }
+
+/// The order in which threads take a picture's tiles. A piece is a square of 2 x 2, since tiles
+/// beside one another share surfels. Pieces are of the first and the second half of the picture by
+/// turns: threads that work side by side wait for each other's surfels. (Two threads take 4 to 5 %
+/// less than row by row, of which the halves are 1; larger squares leave the last threads alone.)
+class TileOrder
+{
+public:
+  static constexpr std::size_t PieceSize = 4;
+
+  TileOrder(int tilesX, int tilesY)
+    : TilesX(tilesX)
+    , TilesY(tilesY)
+    , Columns((tilesX + 1) / 2)
+    , Half((Columns * ((tilesY + 1) / 2) + 1) / 2)
+  {
+  }
+
+  /// Number of places, those without a tile included.
+  std::size_t Size() const { return 2 * PieceSize * this->Half; }
+
+  /// The tile at a place, or the number of tiles if there is none.
+  std::size_t operator[](std::size_t place) const
+  {
+    const std::size_t piece = place / PieceSize, square = piece / 2 + piece % 2 * this->Half;
+    const std::size_t x = square % this->Columns * 2 + place % 2;
+    const std::size_t y = square / this->Columns * 2 + place % PieceSize / 2;
+    return x < this->TilesX && y < this->TilesY ? y * this->TilesX + x
+                                                : this->TilesX * this->TilesY;
+  }
+
+private:
+  std::size_t TilesX, TilesY;
+  std::size_t Columns; ///< of squares
+  std::size_t Half;    ///< of their number, rounded up
+};
 }

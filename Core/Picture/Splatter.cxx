@@ -417,15 +417,18 @@ void Splatter::RasterTiles(
   LazySplats* lazy = this->Lazy.IsEmpty() ? nullptr : &this->Lazy;
   const RowRange rows = target.Exchange ? target.Exchange->Rows() : RowRange{ 0, frame.Height };
   this->Tiles.assign(this->Bins.NumberOfTiles(), {});
-  executor.For(this->Tiles.size(), 1, [&](std::size_t begin, std::size_t end) {
+  const TileOrder order(this->Bins.TilesX, this->Bins.TilesY);
+  executor.For(order.Size(), TileOrder::PieceSize, [&](std::size_t begin, std::size_t end) {
     const Pool<TileRaster>::Loan raster(this->Rasters);
     raster->Set(settings, target.OccluderDepth, target.Sink, this->Cell.SkipHidden);
-    for (std::size_t tile = begin; tile < end; ++tile)
+    for (std::size_t place = begin; place < end; ++place)
     {
+      const std::size_t tile = order[place];
       const int row = static_cast<int>(tile) / this->Bins.TilesX * TileSize;
-      if (row < rows.Begin || row >= rows.End || !this->Doubtful.Has(tile))
+      if (tile >= this->Tiles.size() || row < rows.Begin || row >= rows.End ||
+        !this->Doubtful.Has(tile))
       {
-        continue; // belongs to another rank, or the whole lens is enough
+        continue; // outside, belongs to another rank, or the whole lens is enough
       }
       StopWatch watch;
       this->Tiles[tile].Counts = raster->Render(this->List, this->Bins, tile, frame, lazy);

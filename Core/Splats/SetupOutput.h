@@ -226,9 +226,9 @@ SURFELSPLATTING_INLINE void NoteGrids(
   if (!AnyLane<Real>(alive & (cells > 1.0)))
   {
     output.Levels |= output.Count > first ? 1 : 0;
-    if (output.GridLevels)
+    for (std::size_t i = first; output.GridLevels && i < output.Count; ++i)
     {
-      __builtin_memset(output.GridLevels + first, 0, output.Count - first);
+      output.GridLevels[i] = 0;
     }
     return;
   }

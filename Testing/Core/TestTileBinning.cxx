@@ -36,6 +36,24 @@ void TestSorter(std::size_t size, const char* what, const std::function<float(st
   CHECK(keys == expected);
 }
 
+TEST_CASE("Order of tiles")
+{
+  for (const PictureSize tiles : { PictureSize{ 1, 1 }, { 2, 2 }, { 5, 1 }, { 3, 4 }, { 7, 5 } })
+  {
+    const TileOrder order(tiles.Width, tiles.Height);
+    const std::size_t count = static_cast<std::size_t>(tiles.Width) * tiles.Height;
+    CHECK(order.Size() % TileOrder::PieceSize == 0);
+    std::vector<int> taken(count + 1);
+    for (std::size_t place = 0; place < order.Size(); ++place)
+    {
+      CHECK(order[place] <= count);
+      ++taken[std::min(order[place], count)];
+    }
+    taken.pop_back(); // places without a tile
+    CHECK(std::all_of(taken.begin(), taken.end(), [](int times) { return times == 1; }));
+  }
+}
+
 TEST_CASE("Order of floats")
 {
   const float infinity = std::numeric_limits<float>::infinity();
