@@ -92,8 +92,7 @@ void ForTiles(const PixelBox& box, int tilesX, Function&& function)
 /// The order in which threads take a picture's tiles. A piece is a square of 2 x 2, since tiles
 /// beside one another share surfels. Pieces are of the first and the second half of the picture by
 /// turns: threads that work side by side wait for each other's surfels. (With two threads, frames
-/// of the command line take 3 to 6 % less than row by row, on a busy machine; those of CoreSpeed,
-/// which start threads otherwise, 1 %.)
+/// of the command line take up to 5 % less than row by row, those of CoreSpeed 1 %.)
 class TileOrder
 {
 public:
