@@ -14,7 +14,7 @@
  * composited, and the less stays open the wider the gap, so that nothing jumps when a gap opens.
  * Gaps are measured in bands. The band is the length of the splat's z-range plus the radius of its
  * blur in the world. A splat of hardly any weight at the pixel changes nothing: its layer leaks
- * over a share of the gap, and stays open over the rest. Formulas: Core/Lens/LensVisibility.h; the
+ * over a share of the gap, and stays open over the rest. Formulas: Core/Lens/LayerLeaks.h; the
  * raster applies them in LayerMerging.h.
  */
 #pragma once

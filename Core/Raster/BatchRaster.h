@@ -155,6 +155,7 @@ SURFELSPLATTING_INLINE LaneMask FindEnded(const BlockLayers<OnLens, Pass>& open,
 struct FragmentWeights
 {
   Lanes Weight;   ///< over Unit, 0 outside
+  Lanes Kernel;   ///< 1 at the item's centre, and wherever a tent is
   float Unit;     ///< such as RoomToFill
   float PerReach; ///< Unit / WeightOfReach, or that of cells or tents
 };
@@ -203,7 +204,12 @@ SURFELSPLATTING_INLINE void PrepareLayers(BlockLayers<OnLens, Pass>& open, const
     begin =
       Select(ended, LeakEnded(open, at, item, range, weights.Unit * weights.Weight, ended), begin);
   }
-  const Lanes longer = begin + (weights.Weight * weights.PerReach) * (range.Far - begin);
+  Lanes reach = weights.PerReach * weights.Weight;
+  if (OnLens)
+  {
+    reach *= ShareOfReach(weights.Kernel, open.Weight);
+  }
+  const Lanes longer = begin + reach * (range.Far - begin);
   open.Far = Select(inside, Larger(Smaller(longer, range.Far), begin), open.Far);
   if (__builtin_expect(at.Callbacks.Leaked != nullptr, 0))
   {
@@ -410,10 +416,10 @@ SURFELSPLATTING_INLINE unsigned int AddSplatToBlock(
   const Lanes most = Select(inside, peak * kernel, 0.0f); // lanes outside may hold anything
   if (Pass != RasterPass::Nearest)
   {
-    PrepareLayers(open, at, *p.Item, p.Range,
-      { most, RoomToFill<OnLens>,
-        RoomToFill<OnLens> / (Pass == RasterPass::Collect ? WeightOfReachInCell : WeightOfReach) },
-      inside);
+    constexpr float perReach =
+      RoomToFill<OnLens> / (Pass == RasterPass::Collect ? WeightOfReachInCell : WeightOfReach);
+    PrepareLayers(
+      open, at, *p.Item, p.Range, { most, kernel, RoomToFill<OnLens>, perReach }, inside);
   }
   const Lanes weight = LimitWeight<OnLens>(most, FindRoom(open, u, 1.0f + Ripple<OnLens>));
   Lanes depth = p.Depth + p.DepthY * at.Y + p.DepthX * at.X;
@@ -459,7 +465,7 @@ SURFELSPLATTING_INLINE unsigned int AddTentToBlock(
     return 0;
   }
   PrepareLayers(
-    open, at, item, { s.Near, s.Far }, { weight, 1.0f, 1.0f / WeightOfReachOfTent }, inside);
+    open, at, item, { s.Near, s.Far }, { weight, 1.0f, 1.0f, 1.0f / WeightOfReachOfTent }, inside);
   const LensPoints u{ 2.0f * s.PointX, 2.0f * s.PointY };
   const Lanes added =
     LimitTent(weight, UnitOfRoom<OnLens> * Larger(FindRoom(open, u, FullOfTents), 0.0f));

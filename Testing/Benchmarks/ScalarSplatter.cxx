@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "ScalarSplatter.h"
 
+#include "Core/Lens/LayerLeaks.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -30,7 +32,7 @@ double Evaluate(const Splat& s, double q, double support)
   return u * u * (3.0 - 2.0 * u);
 }
 
-/// The open layer of a pixel and what is finished, in focus (ABuffer.h, LensVisibility.h).
+/// The open layer of a pixel and what is finished, in focus (ABuffer.h, LayerLeaks.h).
 struct Pixel
 {
   double Weight = 0.0, Opacity = 0.0, Color[3] = { 0, 0, 0 }, Far = 0.0;

@@ -59,14 +59,16 @@ void ReferenceLayers::Prepare(const ReferenceFragment& f)
       this->Lens.Radius * std::abs(z - this->Lens.FocalDistance) / this->Lens.FocalDistance;
     const double band = std::max(blur + f.Far - f.Near, 1e-30);
     const double gap = (1.0 - left) * std::min(behind / band, 64.0);
-    const bool leaks = gap > 1.0 / 64.0;
+    const bool leaks = gap > 1.0 / 32.0;
     if (leaks)
     {
       this->Leak(gap < LargestGap ? std::exp(-gap) : 0.0);
     }
     begin -= this->Weight > 1.0 / 256.0 ? (leaks ? left * behind : behind) : 0.0;
   }
-  const double reach = std::min(1.0, f.Weight / (f.IsTent ? 0.06 : 0.004));
+  const double begins = std::max(0.0, 1.0 - 2.0 * this->Weight);
+  const double share = f.OnLens ? std::min(1.0, 5.0 * f.Kernel + begins) : 1.0;
+  const double reach = std::min(1.0, f.IsTent ? f.Weight / 0.06 : share * f.Weight / 0.004);
   this->Far = begin + reach * std::max(0.0, f.Far - begin);
 }
 

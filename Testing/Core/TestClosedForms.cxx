@@ -3,6 +3,7 @@
  * Pictures whose pixels are known: circle of confusion, mass of a splat, sums over regular grids,
  * edges in and out of focus, occlusion, a linear texture.
  */
+#include "Core/Lens/LayerLeaks.h"
 #include "ReferenceKernel.h"
 #include "ReferenceSplat.h"
 #include "TestScene.h"

@@ -13,10 +13,11 @@ namespace WideSplats
 Splat SplatOf(const Wide& w)
 {
   Splat s{};
-  s.X = s.Y = 8.0f;
-  s.Shape = -1.0f;
   s.A = s.B = 1e-30f;
-  s.Weight = w.Weight;
+  s.X = 8.0f + std::sqrt(-2.0f * std::log(w.Kernel) / s.A); // exp(-A x^2 / 2) = Kernel
+  s.Y = 8.0f;
+  s.Shape = -1.0f;
+  s.Weight = w.Weight / w.Kernel;
   s.Near = w.Near;
   s.Far = w.Far;
   s.Gradient = NoGradient;

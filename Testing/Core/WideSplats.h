@@ -34,11 +34,12 @@ public:
   std::vector<std::vector<VisibleLayer>> Parts;
 };
 
-/// A splat so wide that it has its full weight all over a small frame, at one point of the lens.
+/// A splat so wide that it has the same weight all over a small frame, at one point of the lens.
 struct Wide
 {
   float Near = 0, Far = 0, Weight = 0, Red = 0, Opacity = 1;
   float PointX = 0, PointY = 0;
+  float Kernel = 1; ///< all over the frame, from 0.09 on: less is cut off
 };
 
 Splat SplatOf(const Wide& w);
