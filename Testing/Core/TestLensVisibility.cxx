@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Formulas of LensVisibility.h and LayerLeaks.h against integrals over the lens: segments of a disc, the regression
- * of lens points, bounds, leaks, and what two occluders let through.
+ * Formulas of LensVisibility.h and LayerLeaks.h against integrals over the lens: segments of a
+ * disc, the regression of lens points, bounds, leaks, and what two occluders let through.
  */
 #include "Core/Lens/LayerLeaks.h"
 #include "Core/Lens/LensVisibility.h"
