@@ -31,10 +31,10 @@ constexpr float WeightOfReachOfTent = 0.06f;
 /// Through a lens, a kernel's tail below this value lengthens its layer less than its weight says,
 /// once the layer covers something: wholly from CoverOfReach on. Such a tail may bridge the gap
 /// between two surfaces. In motion it comes and goes within a frame, and without this limit pixels
-/// of a lion flashed by 13 levels. Tails that begin a layer may bridge: a surface begins with tails.
-/// (With 1/4, layers leak 6 % more often; with 1/8, a pixel still flashes. In focus the limit would
-/// part the front of a ball from its back at silhouettes: glass would cover 0.16 less than what is
-/// opaque, not 0.06.)
+/// of a lion flashed by 13 levels. Tails that begin a layer may bridge: a surface begins with
+/// tails. (With 1/4, layers leak 6 % more often; with 1/8, a pixel still flashes. In focus the
+/// limit would part the front of a ball from its back at silhouettes: the coverage of glass would
+/// differ by 0.16 from that of what is opaque, instead of 0.055.)
 constexpr float KernelOfReach = 0.2f, CoverOfReach = 0.5f;
 
 /**
