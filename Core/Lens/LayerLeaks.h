@@ -34,7 +34,8 @@ constexpr float WeightOfReachOfTent = 0.06f;
 /// of a lion flashed by 13 levels. Tails that begin a layer may bridge: a surface begins with
 /// tails. (With 1/4, layers leak 6 % more often; with 1/8, a pixel still flashes. In focus the
 /// limit would part the front of a ball from its back at silhouettes: the coverage of glass would
-/// differ by 0.16 from that of what is opaque, instead of 0.055.)
+/// differ by 0.16 from that of what is opaque, instead of 0.055.) All of a tent but its middle is
+/// tail: it counts as KernelOfReach there.
 constexpr float KernelOfReach = 0.2f, CoverOfReach = 0.5f;
 
 /**

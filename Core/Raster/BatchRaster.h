@@ -155,7 +155,7 @@ SURFELSPLATTING_INLINE LaneMask FindEnded(const BlockLayers<OnLens, Pass>& open,
 struct FragmentWeights
 {
   Lanes Weight;   ///< over Unit, 0 outside
-  Lanes Kernel;   ///< 1 at the item's centre, and wherever a tent is
+  Lanes Kernel;   ///< 1 at the item's centre; KernelOfReach at a tent's
   float Unit;     ///< such as RoomToFill
   float PerReach; ///< Unit / WeightOfReach, or that of cells or tents
 };
@@ -464,8 +464,8 @@ SURFELSPLATTING_INLINE unsigned int AddTentToBlock(
   {
     return 0;
   }
-  PrepareLayers(
-    open, at, item, { s.Near, s.Far }, { weight, 1.0f, 1.0f, 1.0f / WeightOfReachOfTent }, inside);
+  PrepareLayers(open, at, item, { s.Near, s.Far },
+    { weight, KernelOfReach * share, 1.0f, 1.0f / WeightOfReachOfTent }, inside);
   const LensPoints u{ 2.0f * s.PointX, 2.0f * s.PointY };
   const Lanes added =
     LimitTent(weight, UnitOfRoom<OnLens> * Larger(FindRoom(open, u, FullOfTents), 0.0f));

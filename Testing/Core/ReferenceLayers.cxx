@@ -68,7 +68,7 @@ void ReferenceLayers::Prepare(const ReferenceFragment& f)
   }
   const double begins = std::max(0.0, 1.0 - 2.0 * this->Weight);
   const double share = f.OnLens ? std::min(1.0, 5.0 * f.Kernel + begins) : 1.0;
-  const double reach = std::min(1.0, f.IsTent ? f.Weight / 0.06 : share * f.Weight / 0.004);
+  const double reach = std::min(1.0, share * f.Weight / (f.IsTent ? 0.06 : 0.004));
   this->Far = begin + reach * std::max(0.0, f.Far - begin);
 }
 

@@ -23,7 +23,7 @@ struct ReferenceFragment
 {
   double Near = 0, Far = 0; ///< z-range of its splat
   double Weight = 0, Opacity = 1, Depth = 0;
-  double Kernel = 1; ///< at the fragment, 1 at the splat's centre
+  double Kernel = 1; ///< at the fragment, 1 at the splat's centre, 1/5 at a tent's
   double Color[3] = { 0, 0, 0 };
   double U[2] = { 0, 0 }; ///< point of the lens
   bool OnLens = false;    ///< else U is not used

@@ -8,6 +8,7 @@
 #include "ReferenceLayers.h"
 #include "TestScene.h"
 #include "Testing/Shared/Check.h"
+#include "TileUnderTest.h"
 #include "WideSplats.h"
 
 #include <algorithm>
@@ -203,6 +204,42 @@ TEST_CASE("Tails in gaps")
         const Pixel one = Draw({ a, tail, { z, z + 1.0f, 0.45f, 0.0f, 1.0f, 0, 0 } }, onLens);
         const Pixel same = Draw({ a, middle, { 4.0f, 5.0f, 0.45f, 0.0f, 1.0f, 0, 0 } }, onLens);
         CHECK_NEAR(one.Alpha, same.Alpha, 2e-6);
+      }
+    }
+  }
+}
+
+/// Through a lens, a tent of another grid lengthens a layer that covers something the less, the
+/// farther it is from its middle.
+TEST_CASE("Tails of tents")
+{
+  Tent wide{};
+  wide.InverseCell = 1.0f / 64.0f;
+  wide.Weight = wide.Opacity = 1.0f;
+  wide.Near = 1.0f;
+  wide.Far = wide.Depth = 2.0f;
+  Tent narrow = wide;
+  narrow.InverseCell = 1.0f / 8.0f;
+  narrow.Weight = 0.03f;
+  narrow.Far = 4.0f;
+  RasterSettings settings{ 9.0f, 1e30f };
+  for (const bool onLens : { false, true })
+  {
+    settings.LensRadius = onLens ? Blur : 0.0f;
+    settings.SetShape({});
+    for (const float cover : { 0.5f * CoverOfReach, 0.75f * CoverOfReach, CoverOfReach })
+    {
+      const auto tile = EmptyTile();
+      const TilePlace place{ { 0, 0, TileSize, TileSize }, 0.5f, 0.5f };
+      wide.Weight = cover;
+      AddTent(SelectRasterTarget(), *tile, wide, place, settings);
+      AddTent(SelectRasterTarget(), *tile, narrow, place, settings);
+      for (int x = 0; x < BlockSize; ++x)
+      {
+        const double share = 1.0 - x / 8.0, covered = cover * (1.0 - x / 64.0);
+        const double tail =
+          onLens ? std::min(1.0, share + std::max(0.0, 1.0 - 2.0 * covered)) : 1.0;
+        CHECK_NEAR(tile->Open[0].Far[x], 2.0 + 2.0 * tail * share * 0.03 / 0.06, 1e-6);
       }
     }
   }
