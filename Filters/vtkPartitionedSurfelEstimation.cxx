@@ -356,7 +356,9 @@ int vtkPartitionedSurfelEstimation::RequestData(vtkInformation* vtkNotUsed(reque
     return 1;
   }
   SensorSettings settings(this->Cleaning, this->Estimation);
-  const ScanSensor sensor = this->UseSensor ? FindSensor(input, nullptr) : ScanSensor();
+  ScanSensor sensor = this->UseSensor ? FindSensor(input, nullptr) : ScanSensor();
+  const vtkSmartPointer<vtkPointSet> known = this->WithScanners(input, sensor);
+  input = known;
   settings.Use(sensor, false);
   settings.SetNumberOfNeighbors(this->NumberOfNeighbors, sensor);
   vtkNew<vtkPolyData> clean;

@@ -191,15 +191,17 @@ int vtkPointsToSurfels::RequestData(vtkInformation* vtkNotUsed(request),
   }
   SensorSettings settings(this->Cleaning, this->Estimation);
   ScanSensor sensor;
+  vtkSmartPointer<vtkPointSet> known = input;
   if (this->UseSensor)
   {
     SurfelSplatting::ControllerRanks ranks(this->Estimation->GetController());
     sensor = FindSensor(input, this->IsAlone() ? nullptr : &ranks);
+    known = this->IsAlone() ? this->WithScanners(input, sensor) : known;
     settings.Use(sensor, this->SeesBacksOfDepthImages);
   }
   settings.SetNumberOfNeighbors(this->NumberOfNeighbors, sensor);
   Execution execution(this);
-  const bool finished = execution.Run(input, output);
+  const bool finished = execution.Run(known, output);
   if (!execution.Error.empty())
   {
     vtkErrorMacro(<< execution.Error);

@@ -1,11 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkPointsToSurfelsBase.h"
 
+#include "Filters/Common/InputArrays.h"
+#include "Filters/Common/ScanSensor.h"
+#include "Filters/Orientation/ScanOrder.h"
 #include "vtkPointCloudCleaning.h"
 #include "vtkSurfelEstimation.h"
 #include "vtkSurfelNormalization.h"
 
+#include "vtkFloatArray.h"
 #include "vtkInformation.h"
+#include "vtkNew.h"
+#include "vtkPointData.h"
+#include "vtkPointSet.h"
 
 #include <algorithm>
 
@@ -18,6 +25,41 @@ int vtkPointsToSurfelsBase::FillInputPortInformation(int vtkNotUsed(port), vtkIn
 {
   info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkPointSet");
   return 1;
+}
+
+//------------------------------------------------------------------------------
+bool vtkPointsToSurfelsBase::FindScannersByOrder(vtkPointSet* points, vtkFloatArray* toScanner)
+{
+  if (!points || !toScanner || points->GetNumberOfPoints() == 0)
+  {
+    return false;
+  }
+  const auto scans = SurfelGeometry::FindScans(points->GetPoints());
+  if (scans.empty())
+  {
+    return false;
+  }
+  SurfelGeometry::WriteWays(points->GetPoints(), scans, toScanner);
+  toScanner->SetName(SurfelGeometry::ToScannerArray);
+  return true;
+}
+
+//------------------------------------------------------------------------------
+vtkSmartPointer<vtkPointSet> vtkPointsToSurfelsBase::WithScanners(
+  vtkPointSet* input, SurfelGeometry::ScanSensor& sensor)
+{
+  const bool isKnown =
+    sensor.HasViewpoint || sensor.HasScanners || this->Estimation->GetUseViewpoint();
+  vtkNew<vtkFloatArray> ways;
+  if (!this->UseSensor || isKnown || !FindScannersByOrder(input, ways))
+  {
+    return input;
+  }
+  sensor.HasScanners = true;
+  const auto known = vtkSmartPointer<vtkPointSet>::Take(input->NewInstance());
+  known->ShallowCopy(input);
+  known->GetPointData()->AddArray(ways);
+  return known;
 }
 
 //------------------------------------------------------------------------------

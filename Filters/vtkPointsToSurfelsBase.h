@@ -13,11 +13,19 @@
 
 #include "vtkNew.h" // for the filters
 #include "vtkPolyDataAlgorithm.h"
+#include "vtkSmartPointer.h"        // for the input
 #include "vtkSurfelFiltersModule.h" // for export macro
 
+class vtkFloatArray;
 class vtkPointCloudCleaning;
+class vtkPointSet;
 class vtkSurfelEstimation;
 class vtkSurfelNormalization;
+
+namespace SurfelGeometry
+{
+struct ScanSensor;
+}
 
 class VTKSURFELFILTERS_EXPORT vtkPointsToSurfelsBase : public vtkPolyDataAlgorithm
 {
@@ -50,7 +58,8 @@ public:
    * else is set: the steps of a depth image are smoothed if GetCleaning() has no columns, and
    * surfels face the viewpoint if GetEstimation() has the orientation CONSISTENT without
    * UseViewpoint. Not for points that were moved, cut or merged. Where the field arrays tell no
-   * viewpoint, surfels face the scanners to which the point array ToScanner leads, if there is one.
+   * viewpoint, surfels face the scanners to which the point array ToScanner leads, if there is one,
+   * or those that FindScannersByOrder() finds, unless several processes have the pieces of the cloud.
    * Default on.
    */
   vtkSetMacro(UseSensor, vtkTypeBool);
@@ -67,6 +76,17 @@ public:
   vtkGetMacro(NumberOfNeighbors, int);
   ///@}
 
+  /**
+   * Finds from where the points were scanned, if they are in the order in which one scanner after
+   * another has measured them: the steps of a scanner are nearly the same angle, also where one
+   * surface ends and another begins behind it. Thinned and sorted clouds do not tell.
+   * @param points double or float; those that are not finite are passed over
+   * @param toScanner becomes the point array "ToScanner": vectors from the points to their
+   * scanners, three components, world units, 0 where none is known
+   * @return whether any scanner was found; if not, toScanner stays as it is
+   */
+  static bool FindScannersByOrder(vtkPointSet* points, vtkFloatArray* toScanner);
+
   vtkMTimeType GetMTime() override;
 
 protected:
@@ -74,6 +94,9 @@ protected:
   ~vtkPointsToSurfelsBase() override;
 
   int FillInputPortInformation(int port, vtkInformation* info) override;
+
+  /// The input; with the scanners that FindScannersByOrder() finds, if nothing else tells them.
+  vtkSmartPointer<vtkPointSet> WithScanners(vtkPointSet* input, SurfelGeometry::ScanSensor& sensor);
 
   vtkTypeBool CleanPoints = 1;
   vtkTypeBool UseSensor = 1;

@@ -121,6 +121,21 @@ class TestStations(ToolCase):
         self.assertEqual(seen["tunnel.vtp"], seen["tunnel.ptx"])
         self.assertLess(seen["without.vtp"], 0.004)
 
+    def test_places_that_no_file_tells(self):
+        """Scans one after another, in the order in which they were measured"""
+        scene, places = attic()
+        points, normals, *_ = project(scene, places, step=0.6)
+        data = polydata_of(points, {})
+        write_data("attic.vtp", data)
+        text = self.run_tool("info", "attic.vtp").stdout
+        self.assertRegex(text, r"scanners +2, told by the order of the points, which tell the sides\n"
+                               r" +at 2\.5\d* [01]\.\d+ 1\.[34]\d*\n")
+        found = json.loads(self.run_tool("info", "attic.vtp", "--json").stdout)["scanners"]
+        np.testing.assert_allclose(found["places"], places, atol=0.02)  # gaps under the roof
+        self.assertEqual(found["told_by"], "the order of the points")
+        data.GetPointData().AddArray(named_array("seen", normals))
+        self.check_sides(data)
+
     def test_info(self):
         points, _, _, numbers, places, colors = self.scans["tunnel"]
         write_ptx("tunnel.ptx", points, colors, numbers, places)

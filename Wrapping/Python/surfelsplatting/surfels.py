@@ -169,6 +169,16 @@ def scan(points):
     return tuple(viewpoint) if known else None, vtkPointsToSurfels.FindColumns(points)
 
 
+def find_scanners(points):
+    """Gives the points the array ToScanner if their order tells from where they were scanned, as the
+    filters find it. -> whether it does"""
+    ways = vtk("vtkCommonCore").vtkFloatArray()
+    found = vtkPointsToSurfels.FindScannersByOrder(points, ways)
+    if found:
+        points.GetPointData().AddArray(ways)
+    return found
+
+
 def note_scan(points, viewpoint):
     """Stores the place of the sensor where `scan` and the filters find it; None is not stored."""
     if viewpoint is not None:

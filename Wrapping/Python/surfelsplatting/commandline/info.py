@@ -12,6 +12,7 @@ from ..clouds.reading import Cloud, is_hierarchy
 from ..clouds.sogfiles import bytes_of
 from ..clouds.stations import TO_SCANNER, scanners_of
 from ..clouds.volumes import scalar_names
+from ..surfels import find_scanners
 from ..views.cameras import View
 from ..views.framing import home_in, up_in
 from ..views.rooms import is_room, may_be_room, options_inside
@@ -214,9 +215,11 @@ def _report(cloud, session):
     if cloud.viewpoint:
         report["sensor"] = list(map(float, cloud.viewpoint))
     elif kind == "points":
+        is_told = data.GetPointData().HasArray(TO_SCANNER) or not find_scanners(data)
         places, known = scanners_of(data)
         if known:
-            report["scanners"] = {"places": places, "known": known}
+            report["scanners"] = {"places": places, "known": known, "told_by": "file" if is_told
+                                  else "the order of the points"}
     if cloud.columns:
         report["depth_image"] = [cloud.columns, data.GetNumberOfPoints() // cloud.columns]
     if kind == "Gaussians":
@@ -273,7 +276,8 @@ def _scanner_lines(found):
     if places is None:
         yield "scanners", f"known{part}, and with them the sides; at too many places to list"
         return
-    yield "scanners", f"{len(places)}, which tell the sides{part}"
+    how = "" if found["told_by"] == "file" else f", told by {found['told_by']}"
+    yield "scanners", f"{len(places)}{how}, which tell the sides{part}"
     for place in places[:LISTED]:
         yield "scanners", _place_text(place)
     if len(places) > LISTED:
