@@ -5,6 +5,8 @@ import struct
 import zlib
 from concurrent.futures import ThreadPoolExecutor
 
+import numpy as np
+
 from .backend import vtk
 from .surfels import update
 
@@ -15,15 +17,11 @@ LEVEL = 4  # of zlib: 5 takes twice as long for 3 % less
 
 def _to_srgb(light):
     """sRGB codes of linear light (IEC 61966-2-1)."""
-    import numpy as np
-
     return np.where(light <= 0.0031308, 12.92 * light, 1.055 * np.power(light, 1 / 2.4) - 0.055)
 
 
 def _rgb_of(colors, linear_light):
     """[..., 4] floats -> [..., 3] bytes; bytes stay as they are"""
-    import numpy as np
-
     if colors.dtype == np.uint8:
         return colors[..., :3]
     colors = _to_srgb(colors[..., :3]) if linear_light else colors[..., :3]
@@ -47,8 +45,6 @@ def _chunk(name, content):
 
 def _filtered(colors, begin, linear_light):
     """A strip of rows as bytes to compress. colors: [height, width, 3 or 4]"""
-    import numpy as np
-
     rows = _rgb_of(colors[max(begin - 1, 0):begin + STRIP], linear_light)
     rows = rows.reshape(len(rows), -1)
     lines = np.diff(rows, axis=0, prepend=rows[:0] if begin else np.zeros_like(rows[:1]))
@@ -88,8 +84,6 @@ def png_bytes(picture, linear_light=False):
 
 def _write_array(picture, path):
     """Writes an array of bytes, [height, width, 3 or 4] with the top row first, as `render` makes it."""
-    import numpy as np
-
     array = np.asarray(picture)
     if array.dtype != np.uint8 or array.ndim != 3 or array.shape[2] not in (3, 4) or 0 in array.shape:
         raise TypeError(f"the picture is of the type {type(picture).__name__}"

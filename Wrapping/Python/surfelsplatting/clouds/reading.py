@@ -13,9 +13,10 @@ from .sogfiles import folder_meta
 from .stations import TO_SCANNER
 from ..backend import vtk
 from ..problems import UserProblem
-from ..surfels import holds_gaussians, is_model, note_model
-
-SURFEL_ARRAYS = ("SurfelCovariance", "SurfelAreaVector")
+from ..surfels import (SURFEL_ARRAYS, holds_gaussians, is_model, note_model, note_scan,
+                       note_up)
+from ..vtkSurfelReaders import vtkGaussianSplatReader, vtkPointCloudReader
+from ..vtkSurfelRendering import vtkSurfelHierarchyReader
 
 
 def is_hierarchy(surfels):
@@ -57,7 +58,6 @@ class Cloud:
 
 def _with_image(cloud):
     """The Cloud, with its sensor if it is a depth image that was saved without rows"""
-    from ..surfels import note_scan
     from .depthimages import image_axes
 
     data = cloud.data
@@ -100,13 +100,16 @@ def _of_vertices(data, how=""):
     return cloud
 
 
-def _read_scan(path, messages, progress):
-    from ..vtkSurfelReaders import vtkPointCloudReader
-
-    reader = vtkPointCloudReader()
+def _updated(reader, path, messages, progress):
+    """-> the reader of VTK's kind, which has read the file"""
     reader.SetFileName(path)
     progress.update(reader, "reading")
     messages.check()
+    return reader
+
+
+def _read_scan(path, messages, progress):
+    reader = _updated(vtkPointCloudReader(), path, messages, progress)
     columns, rows = reader.GetDimensions()
     if reader.GetOutput().GetNumberOfPolys():
         return _of_vertices(reader.GetOutput())
@@ -125,12 +128,7 @@ def _capture_cloud(data, invalid, is_antialiased):
 
 
 def _read_capture(path, messages, progress):
-    from ..vtkSurfelReaders import vtkGaussianSplatReader
-
-    reader = vtkGaussianSplatReader()
-    reader.SetFileName(path)
-    progress.update(reader, "reading")
-    messages.check()
+    reader = _updated(vtkGaussianSplatReader(), path, messages, progress)
     return _capture_cloud(reader.GetOutput(), reader.GetNumberOfInvalidGaussians(),
                           reader.GetAntialiased())
 
@@ -142,8 +140,6 @@ def _read_sog(path, _messages, _progress):
 
 
 def _read_ply(path, messages, progress):
-    from ..vtkSurfelReaders import vtkGaussianSplatReader
-
     read = _read_capture if vtkGaussianSplatReader.CanReadFile(path) else _read_scan
     return read(path, messages, progress)
 
@@ -159,17 +155,10 @@ def _read_dataset(path, messages, progress):
 
 
 def _read_mapped(path, messages, progress):
-    from ..vtkSurfelRendering import vtkSurfelHierarchyReader
-
-    reader = vtkSurfelHierarchyReader()
-    reader.SetFileName(path)
-    progress.update(reader, "reading")
-    messages.check()
-    return Cloud(reader.GetOutput())
+    return Cloud(_updated(vtkSurfelHierarchyReader(), path, messages, progress).GetOutput())
 
 
 def _read_text(path, _messages, _progress):
-    from ..surfels import note_up
     from .colmap import HOW, is_colmap, read_colmap_cloud
     from .text import read_text_cloud
 
@@ -182,7 +171,6 @@ def _read_text(path, _messages, _progress):
 
 
 def _read_bin(path, _messages, _progress):
-    from ..surfels import note_up
     from .colmap import HOW, is_colmap, read_colmap_cloud
     from .sweeps import read_sweep
 
@@ -194,7 +182,6 @@ def _read_bin(path, _messages, _progress):
 
 
 def _read_las(path, _messages, _progress):
-    from ..surfels import note_up
     from .degrees import HOW, has_degrees
     from .scanner import read_las_cloud
 
@@ -204,8 +191,6 @@ def _read_las(path, _messages, _progress):
 
 
 def _of_scanners(data, viewpoint):
-    from ..surfels import note_scan, note_up
-
     note_scan(data, viewpoint)
     if data.GetPointData().HasArray(TO_SCANNER):
         note_up(data, (0, 0, 1))  # scanners are level
@@ -238,7 +223,6 @@ def _read_mesh(path, _messages, _progress):
 
 
 def _read_gltf(path, _messages, _progress):
-    from ..surfels import note_up
     from .gltf import read_gltf_cloud
 
     data = read_gltf_cloud(path)

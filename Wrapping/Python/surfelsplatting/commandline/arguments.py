@@ -6,6 +6,7 @@ import math
 import re
 from difflib import get_close_matches
 
+from ..backend import vtk
 from ..problems import UserProblem
 
 LARGEST_LENS_PARTS = 65536  # vtkSurfelSplatter's
@@ -19,7 +20,8 @@ TUPLE = re.compile(rf"{NUMBER.pattern}(?:(?:\s*[,x×]\s*|\s+){NUMBER.pattern})+"
 
 class Parser(argparse.ArgumentParser):
     def __init__(self, *args, **kwargs):
-        super().__init__(*args, allow_abbrev=False, **kwargs)
+        super().__init__(*args, allow_abbrev=False,
+                         formatter_class=argparse.RawDescriptionHelpFormatter, **kwargs)
         # Without this argparse takes -1e-3 for an option, and -z as well.
         self._negative_number_matcher = re.compile(r"^-(\d|\.\d|inf|nan|[xyz]$)", re.IGNORECASE)
 
@@ -45,8 +47,6 @@ class Parser(argparse.ArgumentParser):
 
 def _rgb(name):
     """-> [3] the numbers, as words, of a colour such as white, light grey or #ffc080"""
-    from ..backend import vtk  # takes 60 ms, and only names of colours need it
-
     known = vtk("vtkCommonColor").vtkNamedColors()
     plain = re.sub(r"[\s-]", "_", name)
     *rgb, alpha = (known.GetColor4ub(plain) if known.ColorExists(plain) else

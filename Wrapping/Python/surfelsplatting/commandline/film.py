@@ -6,6 +6,7 @@ import time
 from contextlib import contextmanager
 from dataclasses import replace
 
+from ..pictures import png_bytes
 from ..problems import UserProblem
 from ..version import __version__
 from ..views.cameras import asked_view, camera_files, overridden, read_views
@@ -156,8 +157,6 @@ class _Clock:
 
 def _draw(renderer, views, frames, numbers, session):
     """Renders these frames and writes their pictures."""
-    from ..pictures import png_bytes
-
     clock = _Clock(len(numbers))
     for number in numbers:
         label = f"frame {number + 1}/{frames.count}{clock.left()}"

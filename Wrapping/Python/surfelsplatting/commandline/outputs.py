@@ -8,8 +8,11 @@ import tempfile
 from contextlib import contextmanager, nullcontext
 
 from ..backend import vtk
+from ..pictures import png_bytes
 from ..problems import UserProblem
 from ..views.cameras import view_values
+from ..vtkSurfelOpenEXR import vtkDeepEXRWriter, vtkSurfelEXRWriter
+from ..vtkSurfelRendering import vtkSurfelHierarchyWriter
 
 PICTURES = (".png", ".exr")
 HIERARCHIES = (".surfels", ".vtp")
@@ -79,8 +82,6 @@ def whole_file(path):
 
 
 def _write_png(picture, path, linear_light, messages):
-    from ..pictures import png_bytes
-
     content = png_bytes(picture, linear_light)
     messages.check()
     with whole_file(path) as temporary, open(temporary, "wb") as file:
@@ -88,8 +89,6 @@ def _write_png(picture, path, linear_light, messages):
 
 
 def _write_exr(picture, path, deep, messages):
-    from ..vtkSurfelOpenEXR import vtkDeepEXRWriter, vtkSurfelEXRWriter
-
     writer = vtkDeepEXRWriter() if deep else vtkSurfelEXRWriter()
     writer.SetInputData(picture)
     if not deep:
@@ -112,8 +111,6 @@ def write_picture(picture, path, deep, linear_light, messages):
 
 
 def _write_mapped(hierarchy, path, messages):
-    from ..vtkSurfelRendering import vtkSurfelHierarchyWriter
-
     writer = vtkSurfelHierarchyWriter()
     writer.SetInputData(hierarchy)
     # The writer itself never leaves an incomplete file, but it needs a file in which it can seek.

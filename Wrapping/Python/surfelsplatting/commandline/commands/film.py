@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """surfelsplat film: its options."""
 
-import argparse
 import os
 
 from ...problems import UserProblem
@@ -70,7 +69,6 @@ def add_parser(commands):
     """Adds the command and its options."""
     film = commands.add_parser("film", help="make a film: a turntable, a focus pull or a path",
                                usage="surfelsplat film CLOUD ... -o OUT [options]",
-                               formatter_class=argparse.RawDescriptionHelpFormatter,
                                description=DESCRIPTION, epilog=EXAMPLES)
     add_clouds(film)
     film.add_argument("-o", "--output", required=True, metavar="OUT", help="OUT.mp4 or a folder")
@@ -106,7 +104,6 @@ def check(arguments):
 
 
 def run(arguments):
-    # Imported here, so that --help and wrong options do not load VTK, numpy and the readers.
     from ..film import film
 
     film(arguments)

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """surfelsplat info: its options."""
 
-import argparse
-
 from ..options import add_clouds, add_run_options
 
 DESCRIPTION = """\
@@ -21,7 +19,6 @@ def add_parser(commands):
     """Adds the command and its options."""
     info = commands.add_parser("info", help="say what is in a point cloud",
                                usage="surfelsplat info CLOUD ... [options]",
-                               formatter_class=argparse.RawDescriptionHelpFormatter,
                                description=DESCRIPTION, epilog=EXAMPLES)
     add_clouds(info)
     info.add_argument("--json", action="store_true", help="print the same as JSON")
@@ -33,7 +30,6 @@ def add_parser(commands):
 
 
 def run(arguments):
-    # Imported here, so that --help and wrong options do not load VTK, numpy and the readers.
     from ..info import info
 
     info(arguments)

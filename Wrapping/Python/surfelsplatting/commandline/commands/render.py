@@ -64,7 +64,6 @@ def add_parser(commands):
     """Adds the command and its options."""
     render = commands.add_parser("render", help="render a point cloud to .png or .exr",
                                  usage="surfelsplat render CLOUD ... [-o OUT] [options]",
-                                 formatter_class=argparse.RawDescriptionHelpFormatter,
                                  description=DESCRIPTION, epilog=EXAMPLES)
     add_clouds(render)
     render.add_argument("-o", "--output", metavar="OUT",
@@ -113,7 +112,6 @@ def check(arguments):
 
 
 def run(arguments):
-    # Imported here, so that --help and wrong options do not load VTK, numpy and the readers.
     from ..render import render
 
     render(arguments)

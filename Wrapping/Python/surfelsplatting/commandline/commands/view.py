@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """surfelsplat view: its options."""
 
-import argparse
-
 from ..options import (add_camera_options, add_clouds, add_lens_options, add_look_options,
                        add_run_options, check_options)
 
@@ -34,7 +32,6 @@ def add_parser(commands):
     """Adds the command and its options."""
     parser = commands.add_parser("view", help="look at a point cloud in a window",
                                  usage="surfelsplat view CLOUD ... [options]",
-                                 formatter_class=argparse.RawDescriptionHelpFormatter,
                                  description=DESCRIPTION)
     add_clouds(parser, "the point cloud; several files are one cloud; see surfelsplat render")
     add_scan_options(parser)

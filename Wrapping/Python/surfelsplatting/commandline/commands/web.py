@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """surfelsplat web: its options."""
 
-import argparse
-
 from ..arguments import between
 from ..options import add_clouds
 from .view import add_scan_options
@@ -23,7 +21,6 @@ def add_parser(commands):
     """Adds the command and its options."""
     parser = commands.add_parser("web", help="look at a point cloud in a browser",
                                  usage="surfelsplat web CLOUD ... [options]",
-                                 formatter_class=argparse.RawDescriptionHelpFormatter,
                                  description=DESCRIPTION)
     add_clouds(parser, "the point cloud; several files are one cloud; see surfelsplat render")
     page = parser.add_argument_group("page")
