@@ -12,7 +12,8 @@ import captures
 import gaussianreference
 from clouds import hierarchy_of
 from surfelsplatting import vtkSurfelImageRenderer, vtkSurfelMapper
-from surfelsplatting.clouds.polydata import named_array, polydata_of
+from surfelsplatting.clouds.polydata import polydata_of
+from surfelsplatting.vtkarrays import named_array
 from volumepictures import View, Volume, make_property, splat, volume_picture
 
 TARGET = np.zeros(3)

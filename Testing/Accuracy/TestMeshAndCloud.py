@@ -21,7 +21,7 @@ from vtkmodules.vtkRenderingCore import (
 from clouds import hierarchy_of, points_of, read, surfels_of, view_camera
 from measures import psnr
 from surfelsplatting import vtkSurfelMapper, vtkSurfelSplattingPass
-from surfelsplatting.clouds.polydata import named_array
+from surfelsplatting.vtkarrays import named_array
 
 TRUTH = os.environ["TRUTH"]
 SCENE = f"{TRUTH}/stanford-bunny"

@@ -12,7 +12,7 @@ from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkRenderingCore import vtkCamera
 
-from surfelsplatting.clouds.polydata import named_array
+from surfelsplatting.vtkarrays import named_array
 from surfelsplatting.views.cameras import View
 from surfelsplatting.views.framing import complete_view, surface_in_the_middle
 from surfelsplatting.views.samples import Samples

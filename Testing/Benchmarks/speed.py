@@ -25,7 +25,7 @@ FILTERS = ("estimation", "normalization", "hierarchy")
 
 def cloud(arguments):
     from clouds import points_of, read, resample, surfels_of
-    from surfelsplatting.clouds.polydata import named_array
+    from surfelsplatting.vtkarrays import named_array
     from vtkmodules.vtkCommonDataModel import vtkPolyData
 
     if arguments.scan:

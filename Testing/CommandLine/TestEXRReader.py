@@ -15,7 +15,7 @@ from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
 from deepfiles import deep_image, flatten, sphere_renderer
 from exrfiles import attribute, deep_file, flat_file
 from surfelsplatting import vtkDeepEXRWriter, vtkSurfelEXRReader, vtkSurfelEXRWriter
-from surfelsplatting.clouds.polydata import named_array
+from surfelsplatting.vtkarrays import named_array
 from TestEXRWriter import image_of
 from toolcase import ToolCase, arrays_of, places_of, sphere, write
 

@@ -10,7 +10,7 @@ from vtkmodules.util.numpy_support import numpy_to_vtk
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
 from surfelsplatting import vtkSurfelEXRWriter
-from surfelsplatting.clouds.polydata import named_array
+from surfelsplatting.vtkarrays import named_array
 from toolcase import ToolCase
 
 HALF, FLOAT, ZIP = 1, 2, 3  # OpenEXR's numbers

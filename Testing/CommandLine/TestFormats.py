@@ -8,7 +8,7 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkDoubleArray, vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
-from surfelsplatting.clouds.polydata import named_array
+from surfelsplatting.vtkarrays import named_array
 from TestReader import write_pcd
 from toolcase import (CAMERA, SMALL, ToolCase, arrays_of, content_of, places_of, sphere, write_data,
                       write_ply)

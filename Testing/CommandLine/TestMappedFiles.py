@@ -15,7 +15,7 @@ from vtkmodules.vtkRenderingCore import vtkActor, vtkCamera
 
 from surfelsplatting import (vtkSurfelHierarchy, vtkSurfelHierarchyReader, vtkSurfelHierarchyWriter,
                              vtkSurfelImageRenderer, vtkSurfelMapper)
-from surfelsplatting.clouds.polydata import named_array
+from surfelsplatting.vtkarrays import named_array
 from surfelsplatting.views.samples import SAMPLES, Samples
 from surfelsplatting.vtkmessages import errors_of
 from toolcase import (SMALL, ToolCase, arrays_of, content_of, places_of, read_json, sphere, write,

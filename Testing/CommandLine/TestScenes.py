@@ -7,7 +7,8 @@ import unittest
 import numpy as np
 
 from captures import Gaussians, furry_ball, joined, of_surface, torus, write_ply
-from surfelsplatting.clouds.polydata import named_array, polydata_of
+from surfelsplatting.clouds.polydata import polydata_of
+from surfelsplatting.vtkarrays import named_array
 from surfelsplatting.clouds.reading import Cloud
 from surfelsplatting.views.cameras import View
 from surfelsplatting.views.framing import Samples, complete_view, home_in

@@ -13,7 +13,8 @@ from vtkmodules.vtkFiltersGeneral import vtkTransformPolyDataFilter
 
 from stationclouds import attic, project, tunnel
 from surfelsplatting import vtkPartitionedSurfelEstimation, vtkPointsToSurfels
-from surfelsplatting.clouds.polydata import named_array, polydata_of
+from surfelsplatting.clouds.polydata import polydata_of
+from surfelsplatting.vtkarrays import named_array
 from surfelsplatting.clouds.ptx import read_ptx_cloud
 from surfelsplatting.clouds.stations import scanners_of
 from toolcase import ToolCase, write_data

@@ -6,7 +6,8 @@ from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkRenderingCore import vtkCamera
 
 from surfelsplatting import vtkSurfelEstimation, vtkSurfelImageRenderer
-from surfelsplatting.clouds.polydata import named_array, polydata_of
+from surfelsplatting.clouds.polydata import polydata_of
+from surfelsplatting.vtkarrays import named_array
 
 
 def sphere_renderer(points):

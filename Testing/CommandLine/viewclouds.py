@@ -7,7 +7,8 @@ import numpy as np
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
-from surfelsplatting.clouds.polydata import named_array, polydata_of
+from surfelsplatting.clouds.polydata import polydata_of
+from surfelsplatting.vtkarrays import named_array
 from toolcase import sphere
 
 TO_Y = np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]])  # turns z to y; its transpose z to -y

@@ -6,7 +6,7 @@ from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkIOLegacy import vtkDataSetWriter
 from vtkmodules.vtkIOXML import vtkXMLImageDataWriter
 
-from surfelsplatting.clouds.polydata import named_array
+from surfelsplatting.vtkarrays import named_array
 
 
 def add(data, name, values):

@@ -20,15 +20,14 @@ from .views.framing import complete_view
 from .views.vtkcamera import make_camera
 from .problems import UserProblem, check_names
 from .lens import Lens, focus_on_point
-from .lighting import needs_light, set_lights
+from .lighting import BACKDROP, LIGHT_GREY, needs_light, set_lights
 from .surfels import finite_triple, make_surfels, number_in, update
+from .vtkarrays import named_array, to_numpy
 from .vtkSurfelRendering import vtkSurfelImageRenderer, vtkSurfelMapper
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-LIGHT_GREY = (0.8, 0.8, 0.8)  # of points without colours
-BACKDROP = (0.16, 0.17, 0.19)
 LARGEST_SIDE = 65536  # px
 
 
@@ -217,12 +216,6 @@ def _rows(values, count, widths, what):
     return array
 
 
-def _to_vtk(array, name):
-    result = vtk("util.numpy_support").numpy_to_vtk(np.ascontiguousarray(array), deep=True)
-    result.SetName(name)
-    return result
-
-
 def point_rows(points):
     """Coordinates of points as floats; doubles unless they are floats already."""
     if isinstance(points, (str, os.PathLike)):
@@ -250,14 +243,14 @@ def _as_polydata(points, colors, normals):
     points = point_rows(points)
     cloud = vtk("vtkCommonDataModel").vtkPolyData()
     positions = vtk("vtkCommonCore").vtkPoints()
-    positions.SetData(_to_vtk(points, "Points"))
+    positions.SetData(named_array("Points", points))
     cloud.SetPoints(positions)
     data = cloud.GetPointData()
     if colors is not None:
-        data.SetScalars(_to_vtk(color_rows(colors, len(points)), "Colors"))
+        data.SetScalars(named_array("Colors", color_rows(colors, len(points))))
     if normals is not None:
         normals = _rows(normals, len(points), (3,), "normals").astype(np.float32)
-        data.SetNormals(_to_vtk(normals, "Normals"))
+        data.SetNormals(named_array("Normals", normals))
     return cloud
 
 
@@ -305,7 +298,7 @@ def _distance_at(renderer, pixel):
 
 def _as_array(picture, has_alpha):
     width, height, _ = picture.GetDimensions()
-    values = vtk("util.numpy_support").vtk_to_numpy(picture.GetPointData().GetScalars())
+    values = to_numpy(picture.GetPointData().GetScalars())
     values = values.reshape(height, width, 4)[::-1]
     if has_alpha:
         alpha = values[..., 3:]

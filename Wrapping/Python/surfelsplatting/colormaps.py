@@ -7,6 +7,7 @@ import numpy as np
 
 from .backend import vtk
 from .problems import UserProblem
+from .vtkarrays import named_array, to_numpy
 
 # Each colour map by colours at equal steps, between which it is linear: each 15th of its 256 colours,
 # of cividis each 5th; at most 7 of 255 off.
@@ -102,23 +103,20 @@ def with_scalars(surfels, name):
     """The surfels with this array, if it is a coordinate."""
     if name in _own_names(surfels):
         return surfels
-    numpy_support = vtk("util.numpy_support")
     axis = OWN_AXES.index(name)
-    values = numpy_support.vtk_to_numpy(surfels.GetPoints().GetData())[:, axis].astype(np.float64)
+    values = to_numpy(surfels.GetPoints().GetData())[:, axis].astype(np.float64)
     origin = surfels.GetFieldData().GetArray("SurfelOrigin")
     if origin and origin.GetNumberOfValues() == 3:
-        values += numpy_support.vtk_to_numpy(origin).ravel()[axis]
-    array = numpy_support.numpy_to_vtk(values, deep=True)
-    array.SetName(name)
+        values += to_numpy(origin).ravel()[axis]
     copy = surfels.NewInstance()
     copy.ShallowCopy(surfels)
-    copy.GetPointData().AddArray(array)
+    copy.GetPointData().AddArray(named_array(name, values))
     return copy
 
 
 def range_of(surfels, name):
     """The smallest and the largest finite value."""
-    values = vtk("util.numpy_support").vtk_to_numpy(surfels.GetPointData().GetArray(name))
+    values = to_numpy(surfels.GetPointData().GetArray(name))
     values = values[np.isfinite(values)]
     return (float(values.min()), float(values.max())) if len(values) else (0.0, 1.0)
 

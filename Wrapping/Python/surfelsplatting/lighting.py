@@ -4,6 +4,11 @@
 import numpy as np
 
 from .backend import vtk
+from .clouds.colors import is_colors
+from .vtkarrays import to_numpy
+
+LIGHT_GREY = (0.8, 0.8, 0.8)  # of lit clouds without colours
+BACKDROP = (0.16, 0.17, 0.19)  # behind what is lit
 
 # Half of a cloud with labels or a colour map has so few colours, or grey levels; the borders
 # between them, where surfels mix them, have others. Half of a photograph has thousands.
@@ -45,7 +50,6 @@ def needs_light(surfels):
     those of photographs. Shaded volumes are lit."""
     data = surfels.GetPointData()
     colors = data.GetScalars()
-    if (colors is None or colors.GetDataTypeAsString() != "unsigned char"
-            or colors.GetNumberOfComponents() not in (3, 4) or data.HasArray("GaussianNormal")):
+    if not is_colors(colors) or data.HasArray("GaussianNormal"):
         return True
-    return not are_photographs(vtk("util.numpy_support").vtk_to_numpy(colors))
+    return not are_photographs(to_numpy(colors))

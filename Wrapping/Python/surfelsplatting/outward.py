@@ -12,9 +12,10 @@ import numpy as np
 
 from .backend import vtk
 from .clouds.parts import parts_of_points
-from .clouds.polydata import named_array, polydata_of
+from .clouds.polydata import polydata_of
 from .views.rooms import FLAT, HEIGHTS, LEAST, UPRIGHT, profile_of
 from .views.surfaces import Surface
+from .vtkarrays import named_array, to_numpy
 
 # Axes, diagonals of faces and of the cube: a look along each, from both ends.
 LINES = np.array([line for line in product((-1, 0, 1), repeat=3) if line > (0, 0, 0)], float)
@@ -170,7 +171,7 @@ def _nearest_of(places, values, wanted):
     nearest.SetInputData(polydata_of(wanted, {}))
     nearest.Update()
     found = nearest.GetOutput().GetPointData().GetArray("value")
-    return vtk("util.numpy_support").vtk_to_numpy(found)
+    return to_numpy(found)
 
 
 def _inward_of_points(places, normals, _cloud):
@@ -203,7 +204,6 @@ def turn_outward(cloud):
     array = arrays.GetNormals() or arrays.GetArray("Normals")
     if cloud.is_drawable or cloud.is_volume or cloud.viewpoint or cloud.columns or array is None:
         return
-    to_numpy = vtk("util.numpy_support").vtk_to_numpy
     normals = to_numpy(array)
     if normals.shape[1:] != (3,) or normals.dtype.kind != "f":
         return

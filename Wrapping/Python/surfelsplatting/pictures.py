@@ -9,6 +9,7 @@ import numpy as np
 
 from .backend import vtk
 from .surfels import update
+from .vtkarrays import named_array, to_numpy
 
 STRIP = 64  # rows that are compressed together
 UP = 2  # PNG's filter: each byte less the one above
@@ -30,7 +31,7 @@ def _rgb_of(colors, linear_light):
 
 def _colors_of(picture):
     """[n, 3 or 4] values of the pixels, row 0 is the bottom row."""
-    return vtk("util.numpy_support").vtk_to_numpy(picture.GetPointData().GetScalars())
+    return to_numpy(picture.GetPointData().GetScalars())
 
 
 def rgb_bytes(picture, linear_light=False):
@@ -93,7 +94,7 @@ def _write_array(picture, path):
     image = vtk("vtkCommonDataModel").vtkImageData()
     image.SetDimensions(array.shape[1], array.shape[0], 1)
     rows = np.ascontiguousarray(array[::-1]).reshape(-1, array.shape[2])
-    image.GetPointData().SetScalars(vtk("util.numpy_support").numpy_to_vtk(rows, deep=True))
+    image.GetPointData().SetScalars(named_array("Color8", rows))
     writer = vtk("vtkIOImage").vtkPNGWriter()
     writer.SetFileName(str(path))
     writer.SetInputData(image)

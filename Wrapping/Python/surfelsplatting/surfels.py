@@ -8,6 +8,7 @@ import numpy as np
 
 from .backend import vtk
 from .problems import warn_user
+from .vtkarrays import named_array, to_numpy
 from .vtkmessages import errors_of
 from .vtkSurfelFilters import vtkPointsToSurfels, vtkSurfelHierarchy
 
@@ -44,7 +45,6 @@ def _places(data):
 def _rows(data):
     """[n] of point and area vector, or of point and variances"""
     arrays = data.GetPointData()
-    to_numpy = vtk("util.numpy_support").vtk_to_numpy
     kernels = arrays.GetArray("GaussianCovariance") or arrays.GetArray("SurfelAreaVector")
     return to_numpy(data.GetPoints().GetData()), to_numpy(kernels)[:, :3]
 
@@ -54,9 +54,7 @@ def _note_places(surfels):
     some = slice(None, None, max(1, len(points) // MARKS))
     for name, rows in ((PLACES, [_places(surfels)]),
                        (MARKED, np.hstack([points[some], kernels[some]], dtype=float))):
-        array = vtk("util.numpy_support").numpy_to_vtk(np.array(rows, dtype=float), deep=True)
-        array.SetName(name)
-        surfels.GetFieldData().AddArray(array)
+        surfels.GetFieldData().AddArray(named_array(name, rows, float))
     return surfels
 
 
@@ -76,7 +74,7 @@ def _are_selected(data):
     fields = data.GetFieldData()
     if not (fields.HasArray(PLACES) and fields.HasArray(MARKED)):
         return False
-    marked = vtk("util.numpy_support").vtk_to_numpy(fields.GetArray(MARKED))
+    marked = to_numpy(fields.GetArray(MARKED))
     expected = len(marked) * data.GetNumberOfPoints() / fields.GetArray(PLACES).GetTuple(0)[0]
     if not FEW < expected < len(marked):
         return False
@@ -93,10 +91,9 @@ def in_the_world(surfels):
     origin = surfels.GetFieldData().GetArray("SurfelOrigin")
     if not origin or not any(origin.GetTuple(0)):
         return surfels
-    numpy_support = vtk("util.numpy_support")
-    local = numpy_support.vtk_to_numpy(surfels.GetPoints().GetData())
+    local = to_numpy(surfels.GetPoints().GetData())
     points = vtk("vtkCommonCore").vtkPoints()
-    points.SetData(numpy_support.numpy_to_vtk(local + np.array(origin.GetTuple(0)), deep=True))
+    points.SetData(named_array("Points", local + np.array(origin.GetTuple(0))))
     moved = surfels.NewInstance()
     moved.ShallowCopy(surfels)
     moved.SetPoints(points)
@@ -204,11 +201,7 @@ def is_model(points):
 
 
 def _note(points, name, values):
-    array = vtk("vtkCommonCore").vtkDoubleArray()
-    array.SetName(name)
-    array.SetNumberOfComponents(len(values))
-    array.InsertNextTuple(values)
-    points.GetFieldData().AddArray(array)
+    points.GetFieldData().AddArray(named_array(name, [values], float))
 
 
 def _set_sides(estimation, points, sides, viewpoint):

@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from ..backend import vtk
+from ..vtkarrays import named_array, to_numpy
 
 COLOR_NAMES = ("rgb", "rgba", "color", "colors", "colour", "colours")
 
@@ -25,12 +25,10 @@ def color_bytes(array):
     """-> vtkUnsignedCharArray of colours with 8 or 16 bits or fractions, or None"""
     if array is None or is_colors(array):
         return array
-    support = vtk("util.numpy_support")
     if not may_be_colors(array):
         return None
-    values = np.nan_to_num(support.vtk_to_numpy(array), posinf=0, neginf=0).astype(float)
+    values = np.nan_to_num(to_numpy(array), posinf=0, neginf=0).astype(float)
     is_real = array.GetDataTypeAsString() in ("float", "double")
     scale = 255 if is_real and values.max() <= 1 else 1 if values.max() <= 255 else 1 / 257
-    colors = support.numpy_to_vtk(np.round(values * scale).astype(np.uint8), deep=True)
-    colors.SetName("RGBA" if array.GetNumberOfComponents() == 4 else "RGB")
-    return colors
+    name = "RGBA" if array.GetNumberOfComponents() == 4 else "RGB"
+    return named_array(name, np.round(values * scale), np.uint8)

@@ -12,6 +12,7 @@ from .probing import check_survives, silent_libraries
 from .rawvolumes import check_raw_size
 from .volumes import is_volume
 from ..problems import UserProblem
+from ..vtkarrays import named_array, to_numpy
 
 _READERS = {".vtp": ("vtkIOXML", "vtkXMLPolyDataReader"),
             ".vtu": ("vtkIOXML", "vtkXMLUnstructuredGridReader"),
@@ -27,11 +28,10 @@ END_OF_TEXT = "file stream is fail after read"  # of numbers as text; the last o
 
 def _grid_points(grid):
     """vtkPoints of a vtkImageData or vtkRectilinearGrid; x runs fastest."""
-    support = vtk("util.numpy_support")
     origin, matrix = np.zeros(3), np.eye(3)
     if grid.IsA("vtkRectilinearGrid"):
         arrays = grid.GetXCoordinates(), grid.GetYCoordinates(), grid.GetZCoordinates()
-        axes = [support.vtk_to_numpy(array) if array else np.zeros(0) for array in arrays]
+        axes = [to_numpy(array) if array else np.zeros(0) for array in arrays]
     else:
         extent, spacing = grid.GetExtent(), grid.GetSpacing()
         axes = [spacing[i] * np.arange(extent[2 * i], extent[2 * i + 1] + 1) for i in range(3)]
@@ -40,7 +40,7 @@ def _grid_points(grid):
     z, y, x = np.meshgrid(*reversed(axes), indexing="ij")
     places = origin + np.column_stack([x.ravel(), y.ravel(), z.ravel()]) @ matrix.T
     points = vtk("vtkCommonCore").vtkPoints()
-    points.SetData(support.numpy_to_vtk(np.ascontiguousarray(places, dtype=float), deep=True))
+    points.SetData(named_array("Points", places, float))
     return points
 
 
@@ -53,7 +53,7 @@ def _faces_of(grid):
     flat = (types.VTK_VERTEX, types.VTK_LINE, types.VTK_TRIANGLE, types.VTK_QUAD, types.VTK_POLYGON)
     # VTK 9.1 knows only the types of all cells, which are deprecated in 9.6.
     found = getattr(grid, "GetDistinctCellTypesArray", grid.GetCellTypesArray)()
-    is_flat = np.isin(vtk("util.numpy_support").vtk_to_numpy(found), flat).all()
+    is_flat = np.isin(to_numpy(found), flat).all()
     return grid.GetCells() if is_flat else None
 
 

@@ -8,8 +8,9 @@ others can be moved beside them.
 
 import numpy as np
 
-from .polydata import named_array, polydata_of
+from .polydata import polydata_of
 from ..problems import UserProblem
+from ..vtkarrays import named_array
 
 EARTH, ECCENTRICITY2 = 6378137.0, 0.0066943799901413165  # equatorial radius in m, and e^2, of WGS 84
 MIDDLE = "DegreesMiddle"  # field array: longitude and latitude

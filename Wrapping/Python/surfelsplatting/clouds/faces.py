@@ -5,7 +5,7 @@ from typing import NamedTuple, Optional
 
 import numpy as np
 
-from ..backend import vtk
+from ..vtkarrays import to_numpy
 from ..vtkSurfelFilters import vtkPointsOnFaces
 
 MOST_VERTICES = vtkPointsOnFaces.GetMaximumNumberOfVertices()  # of more, faces are not read
@@ -30,4 +30,4 @@ def on_faces(data):
     return Sampled(
         faces.GetOutput(), "points on the faces of its meshes, since its "
         f"{data.GetNumberOfPoints()} vertices are too {lacks} to tell the surface",
-        None if parts is None else vtk("util.numpy_support").vtk_to_numpy(parts), faces.GetIsModel())
+        None if parts is None else to_numpy(parts), faces.GetIsModel())

@@ -7,6 +7,7 @@ import numpy as np
 
 from ..backend import vtk
 from .polydata import cells_of, polydata_of
+from ..vtkarrays import to_numpy
 
 
 def _connected(pairs, count):
@@ -20,7 +21,7 @@ def _connected(pairs, count):
     connected.ColorRegionsOn()
     connected.Update()
     arrays = connected.GetOutput().GetPointData()
-    region, number = (vtk("util.numpy_support").vtk_to_numpy(arrays.GetArray(name))
+    region, number = (to_numpy(arrays.GetArray(name))
                       for name in ("RegionId", "number"))
     parts = np.empty(count, np.int64)
     parts[number] = region  # its points are in the order in which it has found them

@@ -5,14 +5,7 @@ import numpy as np
 
 from ..backend import vtk
 from .stations import TO_SCANNER
-
-
-def named_array(name, values, kind=None):
-    """-> a copy of numbers [n] or [n, components] as an array of VTK; kind: dtype, or as they are"""
-    values = np.ascontiguousarray(values, dtype=kind)
-    array = vtk("util.numpy_support").numpy_to_vtk(values, deep=True)
-    array.SetName(name)
-    return array
+from ..vtkarrays import named_array
 
 
 def cells_of(corners, ends):

@@ -11,10 +11,10 @@ import numpy as np
 
 from .sogfiles import folder_meta
 from .stations import TO_SCANNER
-from ..backend import vtk
 from ..problems import UserProblem
 from ..surfels import (SURFEL_ARRAYS, holds_gaussians, is_model, note_model, note_scan,
                        note_up)
+from ..vtkarrays import to_numpy
 from ..vtkSurfelReaders import vtkGaussianSplatReader, vtkPointCloudReader
 from ..vtkSurfelRendering import vtkSurfelHierarchyReader
 
@@ -65,7 +65,7 @@ def _with_image(cloud):
                 or data.GetPointData().HasArray(TO_SCANNER))
     if cloud.is_drawable or is_known or data.GetNumberOfPoints() == 0:
         return cloud
-    cloud.image = image_axes(vtk("util.numpy_support").vtk_to_numpy(data.GetPoints().GetData()))
+    cloud.image = image_axes(to_numpy(data.GetPoints().GetData()))
     if cloud.image:
         cloud.viewpoint = (0.0, 0.0, 0.0)
         cloud.data = data.NewInstance()  # who gave it may need it

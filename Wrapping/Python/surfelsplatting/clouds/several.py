@@ -3,24 +3,20 @@
 
 import numpy as np
 
-from ..backend import vtk
 from ..problems import UserProblem
 from .colors import is_colors
 from .degrees import beside_first
-from .polydata import named_array, polydata_of
+from .polydata import polydata_of
 from .reading import Cloud, read_cloud
 from .stations import TO_SCANNER, trusted_places, ways_of
+from ..vtkarrays import named_array, to_numpy
 
 GREY = 204  # of points without colours beside others that have them; such clouds alone are as grey
 COMMON_FIELDS = ("ScanUp", "ModelUp")  # hold for the whole if they are the same in all files
 
 
-def _values(array):
-    return vtk("util.numpy_support").vtk_to_numpy(array)
-
-
 def _places(cloud):
-    return _values(cloud.data.GetPoints().GetData()).astype(float)
+    return to_numpy(cloud.data.GetPoints().GetData()).astype(float)
 
 
 def _check_points(cloud):
@@ -43,7 +39,7 @@ def _joined(arrays):
     kinds = {(array.GetNumberOfComponents(), is_colors(array)) for array in arrays}
     if len(kinds) > 1:
         return None
-    return named_array(arrays[0].GetName(), np.concatenate([_values(array) for array in arrays]))
+    return named_array(arrays[0].GetName(), np.concatenate([to_numpy(array) for array in arrays]))
 
 
 def _with_grey(clouds):
@@ -93,7 +89,7 @@ def _join_ways(clouds, whole):
     for cloud, array in zip(clouds, arrays):
         end = begin + cloud.data.GetNumberOfPoints()
         if array:
-            ways[begin:end] = _values(array)
+            ways[begin:end] = to_numpy(array)
         begin = end
     whole.GetPointData().SetVectors(named_array(TO_SCANNER, ways))
 

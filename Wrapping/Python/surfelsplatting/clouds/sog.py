@@ -22,11 +22,12 @@ import importlib
 
 import numpy as np
 
-from .polydata import cells_of, named_array
+from .polydata import cells_of
 from .sogfiles import SogFiles
 from .sogmeta import AGAIN, OTHERWISE, SogProblem, parse_meta
 from ..backend import vtk
 from ..problems import UserProblem
+from ..vtkarrays import named_array, to_numpy
 from ..vtkSurfelReaders import vtkGaussianSplatReader
 
 PART = 1 << 16  # Gaussians that are decoded at once
@@ -54,7 +55,7 @@ def _floats(name, count, components):
     array.SetNumberOfComponents(components)
     np.empty((count, components), np.float32)  # a MemoryError, where VTK would end the process
     array.SetNumberOfTuples(count)
-    values = vtk("util.numpy_support").vtk_to_numpy(array)
+    values = to_numpy(array)
     return array, values.reshape(count, components)
 
 
@@ -176,7 +177,7 @@ def _capture(points, arrays):
 
 
 def _chosen(array, chosen):
-    return named_array(array.GetName(), vtk("util.numpy_support").vtk_to_numpy(array)[chosen])
+    return named_array(array.GetName(), to_numpy(array)[chosen])
 
 
 def _decode(files):

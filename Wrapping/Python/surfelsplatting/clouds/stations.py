@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from ..backend import vtk
+from ..vtkarrays import to_numpy
 
 TO_SCANNER = "ToScanner"
 ROUNDING = 1e-5  # of the longest way: places that are nearer to each other are one
@@ -37,7 +37,6 @@ def scanners_of(data):
     array = data.GetPointData().GetArray(TO_SCANNER)
     if array is None or array.GetNumberOfComponents() != 3:
         return None, 0.0
-    to_numpy = vtk("util.numpy_support").vtk_to_numpy
     ways = to_numpy(array).astype(float)
     lengths = np.linalg.norm(ways, axis=1)
     points = to_numpy(data.GetPoints().GetData())

@@ -7,8 +7,8 @@ import numpy as np
 
 from ..backend import vtk
 from .colors import COLOR_NAMES, color_bytes, is_colors, may_be_colors
-from .polydata import named_array
 from ..problems import UserProblem
+from ..vtkarrays import named_array, to_numpy
 
 GHOSTS = "vtkGhostType"
 HIDDEN_POINT, HIDDEN_CELL = 2, 32  # bits, as in vtkDataSetAttributes
@@ -68,10 +68,6 @@ def _centers_of_cells(image):
     return volume
 
 
-def _to_numpy(array):
-    return vtk("util.numpy_support").vtk_to_numpy(array)
-
-
 def _ghosts(data, count):
     """The array that says what is hidden, or None if there is none, or a damaged one."""
     array = data.GetArray(GHOSTS)
@@ -84,7 +80,7 @@ def _add_ghosts(image, volume, at_cells):
     points = _ghosts(image.GetPointData(), image.GetNumberOfPoints())
     cells = _ghosts(image.GetCellData(), image.GetNumberOfCells())
     if at_cells and cells:
-        hidden = (_to_numpy(cells) & HIDDEN_CELL) != 0
+        hidden = (to_numpy(cells) & HIDDEN_CELL) != 0
         volume.GetPointData().AddArray(named_array(GHOSTS, HIDDEN_POINT * hidden.astype(np.uint8)))
     elif not at_cells:
         for ghosts, data in ((points, volume.GetPointData()), (cells, volume.GetCellData())):
@@ -109,7 +105,7 @@ def color_components(image, name=None):
 
 def _colors_and_scalar(array):
     """-> [n, 4] bytes: red, green, blue, and the opacity, or where there is none the luminance"""
-    values = _to_numpy(color_bytes(array))
+    values = to_numpy(color_bytes(array))
     if values.shape[1] == 4:
         return values
     luminance = np.round(values @ np.array(LUMINANCE)).astype(np.uint8)
@@ -118,7 +114,7 @@ def _colors_and_scalar(array):
 
 def _magnitudes(array):
     with np.errstate(over="ignore"):  # infinite ones are not finite, as they should be
-        return np.linalg.norm(_to_numpy(array).astype(np.float64), axis=1)
+        return np.linalg.norm(to_numpy(array).astype(np.float64), axis=1)
 
 
 def volume_of(image, name=None):
@@ -153,13 +149,13 @@ def _is_shown(volume):
     shown = None
     if cells:
         shown = np.zeros(shape, bool)
-        inside = ((_to_numpy(cells) & HIDDEN_CELL) == 0).reshape([n - 1 for n in shape])
+        inside = ((to_numpy(cells) & HIDDEN_CELL) == 0).reshape([n - 1 for n in shape])
         for corner in range(8):
             shown[tuple(slice(1, None) if corner >> axis & 1 else slice(-1)
                         for axis in range(3))] |= inside
         shown = shown.ravel()
     if points:
-        seen = (_to_numpy(points) & HIDDEN_POINT) == 0
+        seen = (to_numpy(points) & HIDDEN_POINT) == 0
         shown = seen if shown is None else shown & seen
     return shown
 
@@ -167,7 +163,7 @@ def _is_shown(volume):
 def samples_of(volume):
     """-> finite values that are not hidden, up to MOST_SAMPLES of them, and their smallest and
     largest; (0, 0) if there are none"""
-    values = _to_numpy(volume.GetPointData().GetScalars())
+    values = to_numpy(volume.GetPointData().GetScalars())
     if values.ndim > 1:
         values = values[:, 3]
     shown = _is_shown(volume)
@@ -195,7 +191,7 @@ def add_smoothed(volume):
     if there is something among them that is no number or hidden, or if there are too many"""
     scalars = volume.GetPointData().GetScalars()
     component = scalars.GetNumberOfComponents() - 1
-    values = _to_numpy(scalars).reshape(-1, component + 1)[:, component]
+    values = to_numpy(scalars).reshape(-1, component + 1)[:, component]
     if (len(values) > MOST_SMOOTHED or _is_shown(volume) is not None
             or not np.isfinite(values).all()):
         return None
@@ -249,7 +245,7 @@ def coarsened(volume, factor):
     and not hidden, NaN where there are none; of colours, fractions of 1."""
     scalars = volume.GetPointData().GetScalars()
     shape = volume.GetDimensions()[::-1]
-    values, shown = _to_numpy(scalars).reshape(*shape, -1), _is_shown(volume)
+    values, shown = to_numpy(scalars).reshape(*shape, -1), _is_shown(volume)
     shown = None if shown is None else shown.reshape(shape)
     if values.shape[-1] == 1:
         means = _block_means(values[..., 0], shown, factor)[..., None]

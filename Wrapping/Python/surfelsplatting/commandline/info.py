@@ -3,21 +3,21 @@
 
 import json
 import math
-import os
 
 import numpy as np
 
-from ..backend import vtk
+from ..clouds.colors import is_colors
 from ..clouds.reading import Cloud, is_hierarchy
 from ..clouds.sogfiles import bytes_of
 from ..clouds.stations import TO_SCANNER, scanners_of
 from ..clouds.volumes import scalar_names
-from ..surfels import find_scanners
+from ..surfels import find_scanners, note_scan
 from ..views.cameras import View
 from ..views.framing import home_in, up_in
 from ..views.rooms import is_room, may_be_room, options_inside
 from ..views.samples import Samples
 from ..views.up import is_open
+from ..vtkarrays import to_numpy
 from ..vtkSurfelFilters import vtkPointCloudCleaning, vtkSurfelHierarchy
 from .session import Session
 from .volume import classify
@@ -31,9 +31,6 @@ LONG = 20_000_000  # points that take more than a minute to become surfels
 BULK = (0.5, 99.5)  # percentiles of a volume's scalars
 OUTLYING = 4  # times as long as the bulk's is a range of scalars that outliers stretch
 
-numpy_to_vtk = vtk("util.numpy_support").numpy_to_vtk
-vtk_to_numpy = vtk("util.numpy_support").vtk_to_numpy
-
 
 def _finite_range(values):
     finite = values[np.isfinite(values)]
@@ -43,9 +40,7 @@ def _finite_range(values):
 def _meaning(array, data):
     if array is data.GetNormals() or array.GetName() == "Normals":
         return "normals"
-    is_color = (array is data.GetScalars() and array.GetDataTypeAsString() == "unsigned char"
-                and array.GetNumberOfComponents() in (3, 4))
-    if is_color:
+    if array is data.GetScalars() and is_colors(array):
         return "colours"
     if (array.GetName() or "").startswith("Surfel"):
         return "surfels"
@@ -61,7 +56,7 @@ def _fields(data):
     arrays = [data.GetArray(number) for number in range(data.GetNumberOfArrays())]
     return [{"name": array.GetName(), "meaning": _meaning(array, data),
              "type": array.GetDataTypeAsString(), "components": array.GetNumberOfComponents(),
-             "range": _finite_range(vtk_to_numpy(array))}
+             "range": _finite_range(to_numpy(array))}
             for array in arrays if array is not None]
 
 
@@ -89,12 +84,9 @@ def _clean(cloud, session):
     session.progress.update(cleaning, "cleaning")
     session.messages.check(f"{session.arguments.cloud}: ")
     cleaned = cleaning.GetOutput()
-    if cloud.viewpoint:  # the points are still the sensor's
-        bounds = numpy_to_vtk(np.array([cleaned.GetBounds()]), deep=True)
-        bounds.SetName("ScanBounds")
-        cleaned.GetFieldData().AddArray(bounds)
+    note_scan(cleaned, cloud.viewpoint)  # the points are still the sensor's
     shift = cleaned.GetPointData().GetArray("CleaningShift")
-    moved = np.linalg.norm(vtk_to_numpy(shift), axis=1) if shift else np.zeros(0)
+    moved = np.linalg.norm(to_numpy(shift), axis=1) if shift else np.zeros(0)
     joined = cleaning.GetNumberOfJoinedPoints()  # the last ones
     moved = moved[:len(moved) - joined]
     moved = moved[moved > 0]
@@ -144,7 +136,7 @@ def _gaussians(cloud):
     if harmonics:
         found["harmonics_degree"] = math.isqrt(harmonics.GetNumberOfComponents() // 3) - 1
     if opacity:
-        found["opaque"] = float(np.mean(vtk_to_numpy(opacity) > OPAQUE))
+        found["opaque"] = float(np.mean(to_numpy(opacity) > OPAQUE))
     return found
 
 
@@ -207,7 +199,7 @@ def _report(cloud, session):
     data = cloud.data
     kind = ("Gaussians" if cloud.is_gaussians else "hierarchy" if is_hierarchy(data) else
             "surfels" if cloud.is_surfels else "points")
-    points, origin = vtk_to_numpy(data.GetPoints().GetData()), [0.0, 0.0, 0.0]
+    points, origin = to_numpy(data.GetPoints().GetData()), [0.0, 0.0, 0.0]
     vtkSurfelHierarchy.ReadOrigin(data, origin)
     report = {"file": session.arguments.cloud, "bytes": sum(map(bytes_of, clouds)), "holds": kind,
               "points": data.GetNumberOfPoints(), "read_as": cloud.how or "as the file says",

@@ -2,21 +2,13 @@
 """Surfels, camera and lens as the options say: a vtkSurfelImageRenderer."""
 
 from ..backend import vtk
+from ..clouds.colors import is_colors
 from ..colormaps import color_by
-from ..lighting import needs_light, set_lights
+from ..lighting import BACKDROP, LIGHT_GREY, needs_light, set_lights
 from ..views.cameras import STILL_CELLS
 from ..views.vtkcamera import make_camera, set_lens
 from ..vtkSurfelRendering import vtkSurfelImageRenderer, vtkSurfelMapper
 from ..vtkSurfelVolumes import vtkVolumeSplatting
-
-LIGHT_GREY = (0.8, 0.8, 0.8)  # the colour of clouds without colours
-BACKDROP = (0.16, 0.17, 0.19)  # the background of lit .png pictures
-
-
-def _has_colors(surfels):
-    scalars = surfels.GetPointData().GetScalars()
-    return (scalars is not None and scalars.GetDataTypeAsString() == "unsigned char"
-            and scalars.GetNumberOfComponents() in (3, 4))
 
 
 def _is_lit(surfels, arguments):
@@ -31,7 +23,7 @@ def make_actor(surfels, arguments):
     if arguments.scalars:
         color_by(mapper, arguments.scalars, arguments.colormap or "viridis", arguments.range)
     else:
-        mapper.SetScalarVisibility(_has_colors(surfels))
+        mapper.SetScalarVisibility(is_colors(surfels.GetPointData().GetScalars()))
     actor = vtk("vtkRenderingCore").vtkActor()
     actor.SetMapper(mapper)
     actor.GetProperty().SetColor(LIGHT_GREY)

@@ -6,15 +6,11 @@ import math
 import numpy as np
 
 from ..backend import vtk
-from ..clouds.polydata import named_array
+from ..vtkarrays import named_array, to_numpy
 
 LARGEST = 200_000  # points that are shown
 SAMPLES = 500  # points whose neighbours are looked up
 NEIGHBORS = 6
-
-
-def _arrays():
-    return vtk("util.numpy_support")
 
 
 def _area_per_point(points):
@@ -39,7 +35,7 @@ def _area_per_point(points):
 
 def _chosen(cloud):
     """-> indices of the finite points that are shown, and their coordinates"""
-    places = _arrays().vtk_to_numpy(cloud.GetPoints().GetData())
+    places = to_numpy(cloud.GetPoints().GetData())
     count = len(places)
     some = np.arange(0, count, -(-count // LARGEST))
     with np.errstate(invalid="ignore"):
@@ -55,7 +51,7 @@ def _copy_arrays(source, target, chosen):
         array = data.GetArray(index)
         if array is None or array.GetName() is None:
             continue
-        values = _arrays().vtk_to_numpy(array)[chosen]
+        values = to_numpy(array)[chosen]
         copy = named_array(array.GetName(), values)
         target.GetPointData().AddArray(copy)
         if array == scalars:
@@ -69,7 +65,7 @@ def _normals(cloud, chosen):
     if not array or array.GetNumberOfComponents() != 3:
         return None
     with np.errstate(invalid="ignore"):
-        normals = _arrays().vtk_to_numpy(array)[chosen].astype(np.float32)
+        normals = to_numpy(array)[chosen].astype(np.float32)
     length = np.linalg.norm(normals, axis=1)
     usable = np.isfinite(length) & (length > 0.5)
     if usable.mean() < 0.5:
