@@ -108,7 +108,6 @@ void ReadScreenWindow(const Imf::Header& header, vtkFieldData* data)
 }
 }
 
-//------------------------------------------------------------------------------
 void WriteCamera(vtkImageData* image, Imf::Header& header)
 {
   const std::vector<double> matrix = Values(image, Arrays::WorldToCamera, 16);
@@ -138,7 +137,6 @@ void WriteCamera(vtkImageData* image, Imf::Header& header)
   }
 }
 
-//------------------------------------------------------------------------------
 void ReadCamera(const Imf::Header& header, vtkFieldData* data)
 {
   if (Imf::hasWorldToCamera(header))

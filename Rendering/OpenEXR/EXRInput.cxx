@@ -70,7 +70,6 @@ double LargestRatio(Imf::Compression compression)
 }
 }
 
-//------------------------------------------------------------------------------
 EXRInput::EXRInput(const std::string& path)
   : File(path, std::ios::binary | std::ios::ate)
   , FileBytes(static_cast<double>(File.tellg()))
@@ -108,7 +107,6 @@ EXRInput::EXRInput(const std::string& path)
   this->CheckSize();
 }
 
-//------------------------------------------------------------------------------
 // Checks that no attribute extends beyond the end of the file: OpenEXR would allocate it.
 void EXRInput::CheckAttributes()
 {
@@ -131,7 +129,6 @@ void EXRInput::CheckAttributes()
   }
 }
 
-//------------------------------------------------------------------------------
 void EXRInput::CheckKind() const
 {
   if (this->Header.hasType() && this->Header.type() == Imf::DEEPTILE)
@@ -154,7 +151,6 @@ void EXRInput::CheckKind() const
   }
 }
 
-//------------------------------------------------------------------------------
 void EXRInput::CheckSize() const
 {
   const double width = this->Width(), height = this->Height();
@@ -179,7 +175,6 @@ void EXRInput::CheckSize() const
     width * height * (this->Deep ? sizeof(std::uint32_t) : this->BytesPerPixel()), size);
 }
 
-//------------------------------------------------------------------------------
 void EXRInput::CheckUnpacked(double bytes, const std::string& what) const
 {
   if (bytes > LargestRatio(this->Header.compression()) * this->FileBytes)
@@ -188,7 +183,6 @@ void EXRInput::CheckUnpacked(double bytes, const std::string& what) const
   }
 }
 
-//------------------------------------------------------------------------------
 void EXRInput::FailAsTooLarge(const std::string& what) const
 {
   Fail("the file announces " + what + ", more than its " +
@@ -196,7 +190,6 @@ void EXRInput::FailAsTooLarge(const std::string& what) const
     " bytes can hold; it is cut short or damaged.");
 }
 
-//------------------------------------------------------------------------------
 int EXRInput::BytesPerPixel() const
 {
   int bytes = 0;
@@ -208,19 +201,16 @@ int EXRInput::BytesPerPixel() const
   return bytes;
 }
 
-//------------------------------------------------------------------------------
 int EXRInput::Width() const
 {
   return this->Header.dataWindow().max.x - this->Header.dataWindow().min.x + 1;
 }
 
-//------------------------------------------------------------------------------
 int EXRInput::Height() const
 {
   return this->Header.dataWindow().max.y - this->Header.dataWindow().min.y + 1;
 }
 
-//------------------------------------------------------------------------------
 Imf::IStream& EXRInput::Rewind()
 {
   this->File.clear();

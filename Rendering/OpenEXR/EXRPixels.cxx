@@ -257,7 +257,6 @@ void ReadDeepRows(
 }
 }
 
-//------------------------------------------------------------------------------
 int NumberOfColorComponents(const Imf::Header& header)
 {
   const Imf::ChannelList& channels = header.channels();
@@ -266,7 +265,6 @@ int NumberOfColorComponents(const Imf::Header& header)
   return !isColored ? 0 : channels.findChannel("A") ? 4 : 3;
 }
 
-//------------------------------------------------------------------------------
 void ReadFlatPixels(EXRInput& input, vtkImageData* image, const EXRProgress& progress)
 {
   const Imf::Header& header = input.GetHeader();
@@ -310,7 +308,6 @@ void ReadFlatPixels(EXRInput& input, vtkImageData* image, const EXRProgress& pro
   }
 }
 
-//------------------------------------------------------------------------------
 void ReadDeepPixels(EXRInput& input, vtkImageData* image, const EXRProgress& progress)
 {
   const int width = input.Width(), height = input.Height();

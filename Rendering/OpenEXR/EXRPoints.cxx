@@ -142,7 +142,6 @@ void AddVertices(vtkPolyData* output)
 }
 }
 
-//------------------------------------------------------------------------------
 void MakePoints(vtkImageData* image, double pixelAspectRatio, vtkPolyData* points)
 {
   vtkNew<vtkPoints> positions;

@@ -112,11 +112,9 @@ Imf::Header MakeHeader(vtkImageData* image, int numberOfChannels, bool declareTi
 
 vtkStandardNewMacro(vtkDeepEXRWriter);
 
-//------------------------------------------------------------------------------
 vtkDeepEXRWriter::vtkDeepEXRWriter() = default;
 vtkDeepEXRWriter::~vtkDeepEXRWriter() = default;
 
-//------------------------------------------------------------------------------
 void vtkDeepEXRWriter::WriteStream(
   vtkImageData* image, std::ofstream& file, const std::string& path)
 {
@@ -148,7 +146,6 @@ void vtkDeepEXRWriter::WriteStream(
   this->NumberOfSamples = rows.NumberOfSamples();
 }
 
-//------------------------------------------------------------------------------
 void vtkDeepEXRWriter::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);

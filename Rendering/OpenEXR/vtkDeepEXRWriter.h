@@ -6,7 +6,7 @@
  * This writer takes one 2D image with the deep samples of a vtkSurfelSplatter (DeepSamplesOn()):
  * the point array "SampleCount" (unsigned int; number of samples of each pixel) and the field data
  * array "DeepSamples" (float[5]; pixel after pixel from the bottom row up, nearest first:
- * premultiplied linear R, G, B, then A in (0, 1], then the depth; or float[6]: then the depth where
+ * premultiplied R, G, B, then A in (0, 1], then the depth; or float[6]: then the depth where
  * the sample ends).
  *
  * The file has deep scan lines, ZIPS compressed, top row first, with the channels R, G, B, A and Z,

@@ -5,13 +5,15 @@
 #include "vtkImageData.h"
 #include "vtkInformation.h"
 #include "vtkInformationVector.h"
-#include "vtksys/SystemInformation.hxx"
-#include "vtksys/SystemTools.hxx"
+
+#include <unistd.h>
 
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <stdexcept>
 #include <string>
+#include <system_error>
 
 namespace
 {
@@ -19,37 +21,19 @@ namespace
 std::string FollowLinks(const std::string& path)
 {
   constexpr int largestDepth = 40; // as in Linux
-  std::string target = path, next;
-  for (int i = 0; i < largestDepth && vtksys::SystemTools::FileIsSymlink(target); ++i)
+  std::filesystem::path target = path;
+  std::error_code problem;
+  for (int i = 0; i < largestDepth && std::filesystem::is_symlink(target, problem); ++i)
   {
-    if (!vtksys::SystemTools::ReadSymlink(target, next))
-    {
-      break;
-    }
-    target = vtksys::SystemTools::FileIsFullPath(next)
-      ? next
-      : vtksys::SystemTools::GetFilenamePath(target) +
-        (target.find('/') == std::string::npos ? "" : "/") + next;
+    target = target.parent_path() / std::filesystem::read_symlink(target, problem);
   }
-  return target;
-}
-
-std::ofstream OpenForWriting(const std::string& path)
-{
-  std::ofstream file(path, std::ios::binary | std::ios::trunc);
-  if (!file)
-  {
-    throw std::runtime_error("the folder does not exist or is not writable.");
-  }
-  return file;
+  return target.string();
 }
 }
 
-//------------------------------------------------------------------------------
 vtkEXRWriterBase::vtkEXRWriterBase() = default;
 vtkEXRWriterBase::~vtkEXRWriterBase() = default;
 
-//------------------------------------------------------------------------------
 void vtkEXRWriterBase::Write()
 {
   this->SetErrorCode(vtkErrorCode::NoError);
@@ -64,7 +48,6 @@ void vtkEXRWriterBase::Write()
   this->UpdateWholeExtent();
 }
 
-//------------------------------------------------------------------------------
 int vtkEXRWriterBase::RequestData(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector*)
 {
@@ -85,33 +68,19 @@ int vtkEXRWriterBase::RequestData(
     return 0;
   }
 
-  vtksys::SystemInformation system;
   // The target of a link is written; the link stays.
   const std::string target = FollowLinks(this->FileName);
-  const std::string temporary = target + "." + std::to_string(system.GetProcessId()) + ".part";
-  unsigned long problemCode = vtkErrorCode::CannotOpenFileError;
+  const std::string temporary = target + "." + std::to_string(getpid()) + ".part";
+  unsigned long problemCode = vtkErrorCode::NoError;
   try
   {
-    std::ofstream file = OpenForWriting(temporary);
-    try
-    {
-      this->WriteStream(image, file, temporary);
-    }
-    catch (...)
-    {
-      problemCode = file ? vtkErrorCode::UnknownError : vtkErrorCode::OutOfDiskSpaceError;
-      throw;
-    }
-    problemCode = vtkErrorCode::OutOfDiskSpaceError;
-    file.close();
-    if (!file)
-    {
-      throw std::runtime_error("writing failed; is the disk full?");
-    }
+    this->WriteTemporary(image, temporary, problemCode);
     problemCode = vtkErrorCode::CannotOpenFileError;
-    if (std::rename(temporary.c_str(), target.c_str()) != 0)
+    std::error_code problem;
+    std::filesystem::rename(temporary, target, problem);
+    if (problem)
     {
-      throw std::runtime_error(vtksys::SystemTools::GetLastSystemError());
+      throw std::runtime_error(problem.message());
     }
   }
   catch (const std::exception& problem)
@@ -122,4 +91,30 @@ int vtkEXRWriterBase::RequestData(
     return 0;
   }
   return 1;
+}
+
+void vtkEXRWriterBase::WriteTemporary(
+  vtkImageData* image, const std::string& path, unsigned long& problemCode)
+{
+  problemCode = vtkErrorCode::CannotOpenFileError;
+  std::ofstream file(path, std::ios::binary | std::ios::trunc);
+  if (!file)
+  {
+    throw std::runtime_error("the folder does not exist or is not writable.");
+  }
+  try
+  {
+    this->WriteStream(image, file, path);
+  }
+  catch (...)
+  {
+    problemCode = file ? vtkErrorCode::UnknownError : vtkErrorCode::OutOfDiskSpaceError;
+    throw;
+  }
+  problemCode = vtkErrorCode::OutOfDiskSpaceError;
+  file.close();
+  if (!file)
+  {
+    throw std::runtime_error("writing failed; is the disk full?");
+  }
 }

@@ -52,6 +52,11 @@ protected:
 private:
   vtkEXRWriterBase(const vtkEXRWriterBase&) = delete;
   void operator=(const vtkEXRWriterBase&) = delete;
+
+#ifndef __VTK_WRAP__
+  /// WriteStream to a new file. Throws a std::exception after it has set the code of the problem.
+  void WriteTemporary(vtkImageData* image, const std::string& path, unsigned long& problemCode);
+#endif
 };
 
 #endif

@@ -23,26 +23,22 @@
 
 vtkStandardNewMacro(vtkSurfelEXRReader);
 
-//------------------------------------------------------------------------------
 vtkSurfelEXRReader::vtkSurfelEXRReader()
 {
   this->SetNumberOfInputPorts(0);
   this->SetNumberOfOutputPorts(2);
 }
 
-//------------------------------------------------------------------------------
 vtkSurfelEXRReader::~vtkSurfelEXRReader()
 {
   this->SetFileName(nullptr);
 }
 
-//------------------------------------------------------------------------------
 int vtkSurfelEXRReader::CanReadFile(const char* fileName)
 {
   return fileName && Imf::isOpenExrFile(fileName) ? 1 : 0;
 }
 
-//------------------------------------------------------------------------------
 int vtkSurfelEXRReader::FillOutputPortInformation(int port, vtkInformation* info)
 {
   if (port == 1)
@@ -53,7 +49,6 @@ int vtkSurfelEXRReader::FillOutputPortInformation(int port, vtkInformation* info
   return this->Superclass::FillOutputPortInformation(port, info);
 }
 
-//------------------------------------------------------------------------------
 int vtkSurfelEXRReader::Try(const Work& work, vtkInformationVector* outputVector)
 {
   unsigned long code = vtkErrorCode::FileFormatError;
@@ -97,7 +92,6 @@ int vtkSurfelEXRReader::Try(const Work& work, vtkInformationVector* outputVector
   return 0;
 }
 
-//------------------------------------------------------------------------------
 int vtkSurfelEXRReader::RequestInformation(
   vtkInformation*, vtkInformationVector**, vtkInformationVector* outputVector)
 {
@@ -119,7 +113,6 @@ int vtkSurfelEXRReader::RequestInformation(
     outputVector);
 }
 
-//------------------------------------------------------------------------------
 int vtkSurfelEXRReader::RequestData(
   vtkInformation*, vtkInformationVector**, vtkInformationVector* outputVector)
 {
@@ -141,7 +134,6 @@ int vtkSurfelEXRReader::RequestData(
     outputVector);
 }
 
-//------------------------------------------------------------------------------
 void vtkSurfelEXRReader::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);

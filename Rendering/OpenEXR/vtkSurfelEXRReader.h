@@ -18,15 +18,16 @@
  *
  * N becomes "Normal", CoC "CircleOfConfusion", coverage "Coverage", fragments "Fragments" and level
  * "Level". Half and integer channels become floats; colours stay premultiplied. Samples that are
- * not sorted by depth are sorted. Other channels of deep files are ignored. The field data "WorldToCamera", "CameraLens" and "ScreenWindow"
- * (Documentation/DataContract.md) are set if the header has them.
+ * not sorted by depth are sorted. Other channels of deep files are ignored. The field data
+ * "WorldToCamera", "CameraLens" and "ScreenWindow" (Documentation/DataContract.md) are set if the
+ * header has them.
  *
  * Output 1 is a vtkPolyData with one vertex per sample; in flat pictures, per pixel with a Depth
  * above 0. Points are of type double. If the header has a camera and a screen window, they are in
  * world coordinates, and Z is taken as the distance along the view direction. Otherwise they are
- * (x + 0.5, y + 0.5, Z), with x and y in pixels. Of a sample with an extent it is the middle. Points have the arrays "Color", premultiplied as
- * in the file, and "Depth"; those of flat pictures have all arrays of their pixels. Samples with
- * non-finite depths make no points.
+ * (x + 0.5, y + 0.5, Z), with x and y in pixels. Of a sample with an extent it is the middle.
+ * Points have the arrays "Color", premultiplied as in the file, and "Depth"; those of flat pictures
+ * have all arrays of their pixels. Samples with non-finite depths make no points.
  *
  * Files with one part are supported, in scan lines or flat tiles, with any order of rows and any
  * compression. Several parts, deep tiles and sub-sampled channels are not supported. For those, and

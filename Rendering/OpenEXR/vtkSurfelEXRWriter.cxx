@@ -98,7 +98,6 @@ void WriteEXR(vtkImageData* image, Planes& planes, int width, int height, std::o
 }
 }
 
-//------------------------------------------------------------------------------
 struct vtkSurfelEXRWriter::Internals
 {
   std::vector<std::pair<std::string, std::string>> Channels; // array, channel
@@ -107,7 +106,6 @@ struct vtkSurfelEXRWriter::Internals
   Planes CollectPlanes(vtkImageData* image, bool allChannels) const;
 };
 
-//------------------------------------------------------------------------------
 Planes vtkSurfelEXRWriter::Internals::CollectPlanes(vtkImageData* image, bool allChannels) const
 {
   vtkPointData* data = image->GetPointData();
@@ -148,19 +146,15 @@ Planes vtkSurfelEXRWriter::Internals::CollectPlanes(vtkImageData* image, bool al
   return planes;
 }
 
-//------------------------------------------------------------------------------
 vtkStandardNewMacro(vtkSurfelEXRWriter);
 
-//------------------------------------------------------------------------------
 vtkSurfelEXRWriter::vtkSurfelEXRWriter()
   : Internal(new Internals)
 {
 }
 
-//------------------------------------------------------------------------------
 vtkSurfelEXRWriter::~vtkSurfelEXRWriter() = default;
 
-//------------------------------------------------------------------------------
 void vtkSurfelEXRWriter::AddChannel(const char* arrayName, const char* channelName)
 {
   const std::string channel = channelName ? channelName : "";
@@ -175,20 +169,17 @@ void vtkSurfelEXRWriter::AddChannel(const char* arrayName, const char* channelNa
   this->Modified();
 }
 
-//------------------------------------------------------------------------------
 void vtkSurfelEXRWriter::RemoveAllChannels()
 {
   this->Internal->Channels.clear();
   this->Modified();
 }
 
-//------------------------------------------------------------------------------
 int vtkSurfelEXRWriter::GetNumberOfChannels()
 {
   return static_cast<int>(this->Internal->Channels.size());
 }
 
-//------------------------------------------------------------------------------
 void vtkSurfelEXRWriter::WriteStream(
   vtkImageData* image, std::ofstream& file, const std::string& path)
 {
@@ -197,7 +188,6 @@ void vtkSurfelEXRWriter::WriteStream(
   WriteEXR(image, planes, size[0], size[1], file, path);
 }
 
-//------------------------------------------------------------------------------
 void vtkSurfelEXRWriter::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);

@@ -6,8 +6,8 @@
  * This writer takes one 2D image whose point scalars have 3 or 4 components. They become the
  * channels R, G, B and A of the file, 32-bit float, ZIP compressed, top row first (the first row of
  * a vtkImageData is the bottom row). Floating-point values are written unchanged: OpenEXR expects
- * linear light and colours premultiplied by alpha, which vtkSurfelImageRenderer makes. Integers are
- * scaled so that the largest value of their type becomes 1.
+ * colours premultiplied by alpha, as vtkSurfelSplatter makes them, and linear light, as it does
+ * with LinearLightOn(). Integers are scaled so that the largest value of their type becomes 1.
  *
  * Further point arrays with one or three components can become further channels, NAME or NAME.X,
  * NAME.Y and NAME.Z: one by one, or all. All are written with their own names, except that "Depth"
