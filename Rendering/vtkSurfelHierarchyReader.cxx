@@ -134,6 +134,13 @@ vtkSurfelHierarchyReader::~vtkSurfelHierarchyReader()
   this->SetFileName(nullptr);
 }
 
+void vtkSurfelHierarchyReader::ReportError(const char* problem)
+{
+  this->SetErrorCode(vtkErrorCode::FileFormatError);
+  vtkErrorMacro(
+    "Cannot read " << (this->FileName ? this->FileName : "(none)") << ": " << problem << ".");
+}
+
 int vtkSurfelHierarchyReader::RequestData(
   vtkInformation*, vtkInformationVector**, vtkInformationVector* outputVector)
 {
@@ -153,9 +160,7 @@ int vtkSurfelHierarchyReader::RequestData(
   if (!problem.empty())
   {
     output->Initialize();
-    this->SetErrorCode(vtkErrorCode::FileFormatError);
-    vtkErrorMacro(
-      "Cannot read " << (this->FileName ? this->FileName : "(none)") << ": " << problem << ".");
+    this->ReportError(problem.c_str());
     return 0;
   }
   return 1;
@@ -171,9 +176,7 @@ bool vtkSurfelHierarchyReader::CheckFile()
   }
   catch (const std::exception& exception)
   {
-    this->SetErrorCode(vtkErrorCode::FileFormatError);
-    vtkErrorMacro("Cannot read " << (this->FileName ? this->FileName : "(none)") << ": "
-                                 << exception.what() << ".");
+    this->ReportError(exception.what());
     return false;
   }
 }

@@ -58,6 +58,8 @@ private:
   vtkSurfelHierarchyReader(const vtkSurfelHierarchyReader&) = delete;
   void operator=(const vtkSurfelHierarchyReader&) = delete;
 
+  void ReportError(const char* problem);
+
   char* FileName = nullptr;
 };
 

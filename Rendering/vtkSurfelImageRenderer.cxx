@@ -33,6 +33,9 @@ vtkSurfelImageRenderer::vtkSurfelImageRenderer()
 {
   this->SetNumberOfInputPorts(1);
   this->SetNumberOfOutputPorts(2);
+  vtkNew<vtkLight> headlight;
+  headlight->SetLightTypeToHeadlight();
+  this->Headlight->AddItem(headlight);
 }
 
 vtkSurfelImageRenderer::~vtkSurfelImageRenderer() = default;
@@ -201,6 +204,30 @@ void vtkSurfelImageRenderer::AddInputs(
   }
 }
 
+SurfelSplatting::SceneView vtkSurfelImageRenderer::MakeView()
+{
+  SurfelSplatting::SceneView view;
+  view.Camera = this->Camera;
+  view.Lights = this->Lights->GetNumberOfItems() > 0 ? this->Lights.Get() : this->Headlight.Get();
+  std::copy_n(this->Size, 2, view.Size);
+  view.Aspect = static_cast<double>(this->Size[0]) / this->Size[1];
+  this->Camera->GetClippingRange(view.ClippingRange);
+  if (this->AutomaticClippingRange)
+  {
+    // Only what is at the lens itself has no image. Unlike in OpenGL, a small near limit costs no
+    // precision.
+    view.ClippingRange[0] =
+      this->Camera->GetParallelProjection() ? -VTK_DOUBLE_MAX : 1e-6 * this->Camera->GetDistance();
+    view.ClippingRange[1] = VTK_DOUBLE_MAX;
+  }
+  view.Progress = [this](double done) {
+    this->UpdateProgress(done);
+    return this->GetAbortExecute() == 0;
+  };
+  this->Splatter->CompleteView(view);
+  return view;
+}
+
 int vtkSurfelImageRenderer::RequestData(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
@@ -218,31 +245,7 @@ int vtkSurfelImageRenderer::RequestData(
   }
   this->AddInputs(inputVector[0], items);
 
-  vtkNew<vtkLight> headlight;
-  headlight->SetLightTypeToHeadlight();
-  vtkNew<vtkLightCollection> headlightOnly;
-  headlightOnly->AddItem(headlight);
-
-  SurfelSplatting::SceneView view;
-  view.Camera = this->Camera;
-  view.Lights = this->Lights->GetNumberOfItems() > 0 ? this->Lights.Get() : headlightOnly.Get();
-  std::copy_n(this->Size, 2, view.Size);
-  view.Aspect = static_cast<double>(this->Size[0]) / this->Size[1];
-  this->Camera->GetClippingRange(view.ClippingRange);
-  if (this->AutomaticClippingRange)
-  {
-    // Only what is at the lens itself has no image. Unlike in OpenGL, a small near limit costs no
-    // precision.
-    view.ClippingRange[0] =
-      this->Camera->GetParallelProjection() ? -VTK_DOUBLE_MAX : 1e-6 * this->Camera->GetDistance();
-    view.ClippingRange[1] = VTK_DOUBLE_MAX;
-  }
-  view.Progress = [this](double done) {
-    this->UpdateProgress(done);
-    return this->GetAbortExecute() == 0;
-  };
-  this->Splatter->CompleteView(view);
-  if (!this->Splatter->Render(items, view))
+  if (!this->Splatter->Render(items, this->MakeView()))
   {
     return 0;
   }

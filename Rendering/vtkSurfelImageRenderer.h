@@ -4,10 +4,8 @@
  * @brief   renders a picture of surfels without window, OpenGL or X server
  *
  * This source of vtkImageData renders surfel actors (vtkActor with a vtkSurfelMapper) and any
- * surfels connected to its optional input, which are shown in their own colours, unlit. The point
- * arrays of the output are "Color" (scalars; float RGBA, linear, premultiplied, over the
- * background) and "Depth" (float; distance along the view direction, 0 where alpha stays below one
- * half). Row 0 is the bottom row.
+ * surfels connected to its optional input, which are shown in their own colours, unlit. The output
+ * is that of the splatter (vtkSurfelSplatter::GetOutput), with "Color" over the background.
  *
  * The second output has the same picture as "Color8" (scalars; unsigned char RGB): 255 times the
  * values, rounded, over black where the picture is transparent; linear light becomes sRGB. Writers
@@ -123,10 +121,12 @@ private:
   void RoundToBytes(vtkImageData* picture, vtkImageData* bytes);
 #ifndef __VTK_WRAP__
   void AddInputs(vtkInformationVector* inputs, vtkSurfelSplatter::SceneItems& items);
+  vtkSurfelSplatter::SceneView MakeView();
 #endif
 
   vtkNew<vtkActorCollection> Actors;
   vtkNew<vtkLightCollection> Lights;
+  vtkNew<vtkLightCollection> Headlight; // alone
   vtkNew<vtkSurfelSplatter> Splatter;
   std::vector<vtkSmartPointer<vtkSurfelMapper>> InputMappers; // of the input port's connections
   vtkSmartPointer<vtkCamera> Camera;

@@ -8,7 +8,7 @@
  * vtkSurfelEstimation and vtkSurfelNormalization), or a hierarchy of surfels (vtkSurfelHierarchy),
  * of which only the nodes that the view needs are drawn. Colours come as in every mapper: scalars
  * through a lookup table, direct RGB(A) scalars, or the actor's property. Direct scalars of type
- * float or double are taken as linear light and may be above 1. Opacity is the product of the
+ * float or double are taken as they are and may be above 1. Opacity is the product of the
  * property's opacity, the colour's alpha and the array SurfelOpacity. Lighting is evaluated once
  * per surfel; vtkProperty::LightingOff() shows the colours unlit.
  *

@@ -461,8 +461,9 @@ void vtkSurfelSplatter::AddChannels(const SceneClouds& scene)
   channels.Fragments = this->Channels & CHANNEL_FRAGMENTS;
   channels.Level = this->Channels & CHANNEL_LEVEL;
   channels.MedianDepth = this->Channels & CHANNEL_MEDIAN_DEPTH;
-  SurfelSplatting::AddChannels(channels, this->Internal->Context, scene.Clouds, scene.OccluderDepth,
-    this->Internal->ChannelCore, this->Internal->Output);
+  Internals& my = *this->Internal;
+  SurfelSplatting::AddChannels(
+    channels, { my.Context, scene.Clouds, scene.OccluderDepth, my.ChannelCore }, my.Output);
 }
 
 vtkImageData* vtkSurfelSplatter::GetOutput()

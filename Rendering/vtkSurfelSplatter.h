@@ -357,13 +357,10 @@ public:
 
   /**
    * The last picture. Row 0 is the bottom row. Its point arrays are "Color" (scalars; float RGBA,
-   * premultiplied, linear, without background; alpha is the coverage) and "Depth" (float; distance
-   * along the view direction, 0 where alpha stays below one half). Its field data are
-   * "WorldToCamera" (16 doubles, row by row) and "CameraLens" (focal length in pixels; diameter of
-   * the lens and distance in focus in world units). With DeepSamples it also has the point array
-   * "SampleCount" (unsigned int) and the field data array "DeepSamples" (float; premultiplied R, G,
-   * B, then A and depth of each sample; with volumes also the depth where it ends), pixel after
-   * pixel, nearest first: the input of vtkDeepEXRWriter.
+   * premultiplied, without background; alpha is the coverage), "Depth" (float; distance along the
+   * view direction, 0 where alpha stays below one half) and those of Channels. Its field data have
+   * the camera and the lens. With DeepSamples it is the input of vtkDeepEXRWriter.
+   * Documentation/DataContract.md describes all arrays.
    */
   vtkImageData* GetOutput();
 

@@ -330,11 +330,18 @@ void vtkSurfelSplattingPass::RenderOpaqueStep(const vtkRenderState* state, vtkRe
   my.Finished = FinishedFrame();
   delegate->Render(state);
   this->NumberOfRenderedProps += delegate->GetNumberOfRenderedProps();
-  if (!canBeDrawn || (!hasSurfels && !my.Props.IsBlurred()))
+  if (canBeDrawn && (hasSurfels || my.Props.IsBlurred()))
   {
-    return;
+    this->ReadProps(frame, delegate);
+    this->RenderSurfels(frame, items, view);
   }
-  this->ReadProps(frame, delegate);
+}
+
+/// Splats the surfels among the props that were read.
+void vtkSurfelSplattingPass::RenderSurfels(const SurfelSplatting::PassFrame& frame,
+  const vtkSurfelSplatter::SceneItems& items, SurfelSplatting::SceneView& view)
+{
+  Internals& my = *this->Internal;
   view.OccluderDepth = my.Props.OccluderDepth();
   view.PropImage = my.Props.BlurredImage();
   const vtkIdType reused = this->Splatter->GetNumberOfReusedFrames();

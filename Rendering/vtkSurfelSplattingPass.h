@@ -157,6 +157,8 @@ private:
   void BeginProps(const SurfelSplatting::PassFrame& frame, const SurfelSplatting::SceneView& view);
   bool MayHaveProps(vtkRenderer* renderer) const;
   void ReadProps(const SurfelSplatting::PassFrame& frame, vtkRenderPass* delegate);
+  void RenderSurfels(const SurfelSplatting::PassFrame& frame,
+    const vtkSurfelSplatter::SceneItems& items, SurfelSplatting::SceneView& view);
   void DrawPicture(const SurfelSplatting::PassFrame& frame);
   void Blend(const SurfelSplatting::PassFrame& frame);
   bool PresentKept(const SurfelSplatting::PassFrame& frame,

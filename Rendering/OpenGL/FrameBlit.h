@@ -41,23 +41,14 @@ public:
     std::vector<float>& color, std::vector<float>& depth);
 
   /**
-   * Replaces the current draw framebuffer, colour and depth of all pixels, by a premultiplied RGBA
-   * frame. Otherwise like Draw.
-   */
-  bool Replace(vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, const float* color,
-    const float* windowDepth)
-  {
-    return this->Draw(window, rectangle, color, windowDepth, true);
-  }
-
-  /**
-   * Blends a premultiplied RGBA frame over the current draw framebuffer.
+   * Draws a premultiplied RGBA frame into the current draw framebuffer.
    * @param color       [height][width][4]
-   * @param windowDepth [height][width] new values of the depth buffer where alpha > 0, [0, 1]
+   * @param windowDepth [height][width] new values of the depth buffer, [0, 1]
+   * @param replace     as of FrameQuad::Draw
    * @return false if no OpenGL texture of the picture could be created; nothing is drawn
    */
   bool Draw(vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, const float* color,
-    const float* windowDepth, bool replace = false);
+    const float* windowDepth, bool replace);
 
   /// Clears a rectangle of the current draw framebuffer: transparent black, depth 1.
   static void Clear(vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle);

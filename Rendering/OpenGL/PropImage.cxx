@@ -442,7 +442,8 @@ void PropImage::ClearGathered(const PassFrame& frame)
     }
   }
   std::fill(this->WindowDepth.begin(), this->WindowDepth.end(), 1.0f);
-  this->Blit.Replace(frame.Window, frame.Rectangle, this->Color.data(), this->WindowDepth.data());
+  this->Blit.Draw(
+    frame.Window, frame.Rectangle, this->Color.data(), this->WindowDepth.data(), true);
 }
 
 /// The colour under a splatted pixel; the background of the pixel itself if nothing is there.

@@ -9,7 +9,6 @@
 #include "SurfelData/HierarchyArrays.h"
 
 #include <vtkDataArray.h>
-#include <vtkFloatArray.h>
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
 #include <vtkSmartPointer.h>
@@ -242,15 +241,10 @@ void HierarchyCache::UpdateHarmonics(
   const State state{ input, input->GetMTime() };
   if (!(this->HarmonicsState == state))
   {
-    vtkSmartPointer<vtkFloatArray> floats = vtkFloatArray::SafeDownCast(coefficients);
-    if (!floats)
-    {
-      floats = vtkSmartPointer<vtkFloatArray>::New();
-      floats->DeepCopy(coefficients);
-    }
+    const vtkSmartPointer<vtkDataArray> floats = AsType(coefficients, VTK_FLOAT);
     const HierarchyLayout layout = cloud.Nodes ? ReadLayout(input) : HierarchyLayout();
     this->Harmonics =
-      PackHarmonics(cloud, layout, floats->GetPointer(0), cloud.NumberOfHarmonics, executor);
+      PackHarmonics(cloud, layout, ValuesOf<float>(floats), cloud.NumberOfHarmonics, executor);
     this->HarmonicColors.Resize(cloud.Nodes ? layout.NumberOfInnerNodes() : 0);
     if (cloud.Nodes)
     {

@@ -39,19 +39,17 @@ void ForPixels(vtkImageData* picture, const Function& function)
 }
 
 /// Renders the scene in other colours, [height][width][4].
-std::vector<float> PaintScene(Paint colors, const SplatContext& context,
-  const std::vector<SurfelCloud>& clouds, const float* occluderDepth, Splatter& splatter,
-  LayerSink* sink)
+std::vector<float> PaintScene(const PaintedScene& scene, Paint colors, LayerSink* sink = nullptr)
 {
-  SplatContext painted = context;
-  painted.Colors = colors;
-  const std::size_t pixels = static_cast<std::size_t>(context.Camera.Width) * context.Camera.Height;
+  SplatContext context = scene.Context;
+  context.Colors = colors;
+  const View& view = context.Camera;
+  const std::size_t pixels = static_cast<std::size_t>(view.Width) * view.Height;
   std::vector<float> color(4 * pixels), depth(pixels);
-  RenderTarget target =
-    Frame{ context.Camera.Width, context.Camera.Height, color.data(), depth.data() };
-  target.OccluderDepth = occluderDepth;
+  RenderTarget target = Frame{ view.Width, view.Height, color.data(), depth.data() };
+  target.OccluderDepth = scene.OccluderDepth;
   target.Sink = sink;
-  splatter.Render(painted, clouds, SMPExecutor(), target);
+  scene.Painter.Render(context, scene.Clouds, SMPExecutor(), target);
   return color;
 }
 
@@ -95,17 +93,15 @@ void AddCirclesOfConfusion(const SplatContext& context, vtkImageData* picture)
 }
 
 /// Adds normals, coverage and fragments, which one further frame gives.
-void AddTallied(const PixelChannels& channels, const SplatContext& context,
-  const std::vector<SurfelCloud>& clouds, const float* occluderDepth, Splatter& splatter,
-  vtkImageData* picture)
+void AddTallied(const PixelChannels& channels, const PaintedScene& scene, vtkImageData* picture)
 {
+  const View& view = scene.Context.Camera;
   const bool tallied = channels.Coverage || channels.Fragments;
   std::vector<float> coverage(tallied ? picture->GetNumberOfPoints() : 0);
   std::vector<float> fragments(coverage.size());
-  LayerTally tally(tallied ? context.Camera.Width : 0, tallied ? context.Camera.Height : 0,
-    coverage.data(), fragments.data());
-  const std::vector<float> mean = PaintScene(
-    Paint::Normals, context, clouds, occluderDepth, splatter, tallied ? &tally : nullptr);
+  LayerTally tally(
+    tallied ? view.Width : 0, tallied ? view.Height : 0, coverage.data(), fragments.data());
+  const std::vector<float> mean = PaintScene(scene, Paint::Normals, tallied ? &tally : nullptr);
   if (channels.Normal)
   {
     SetNormals(picture, mean, AddArray(picture, Arrays::Normal, 3));
@@ -122,22 +118,19 @@ void AddTallied(const PixelChannels& channels, const SplatContext& context,
 }
 }
 
-void AddChannels(const PixelChannels& channels, const SplatContext& context,
-  const std::vector<SurfelCloud>& clouds, const float* occluderDepth, Splatter& splatter,
-  vtkImageData* picture)
+void AddChannels(const PixelChannels& channels, const PaintedScene& scene, vtkImageData* picture)
 {
   if (channels.CircleOfConfusion)
   {
-    AddCirclesOfConfusion(context, picture);
+    AddCirclesOfConfusion(scene.Context, picture);
   }
   if (channels.Normal || channels.Coverage || channels.Fragments)
   {
-    AddTallied(channels, context, clouds, occluderDepth, splatter, picture);
+    AddTallied(channels, scene, picture);
   }
   if (channels.Level)
   {
-    const std::vector<float> mean =
-      PaintScene(Paint::LevelNumbers, context, clouds, occluderDepth, splatter, nullptr);
+    const std::vector<float> mean = PaintScene(scene, Paint::LevelNumbers);
     float* level = AddArray(picture, Arrays::Level, 1);
     ForPixels(picture, [&](vtkIdType p) {
       const float alpha = mean[4 * p + 3];
@@ -146,11 +139,11 @@ void AddChannels(const PixelChannels& channels, const SplatContext& context,
   }
   if (channels.MedianDepth)
   {
-    MedianDepths depths(
-      context.Camera.Width, context.Camera.Height, AddArray(picture, Arrays::MedianDepth, 1));
-    SplatContext whole = context;
+    SplatContext whole = scene.Context;
     whole.Sampling = ApertureSampling();
-    PaintScene(context.Colors, whole, clouds, occluderDepth, splatter, &depths);
+    MedianDepths depths(
+      whole.Camera.Width, whole.Camera.Height, AddArray(picture, Arrays::MedianDepth, 1));
+    PaintScene({ whole, scene.Clouds, scene.OccluderDepth, scene.Painter }, whole.Colors, &depths);
   }
 }
 }

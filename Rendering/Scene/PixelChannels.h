@@ -24,13 +24,19 @@ struct PixelChannels
   bool MedianDepth = false;
 };
 
+/// What a picture shows, to be rendered again in other colours.
+struct PaintedScene
+{
+  const SplatContext& Context;
+  const std::vector<SurfelCloud>& Clouds;
+  const float* OccluderDepth; ///< as in RenderTarget
+  Splatter& Painter;
+};
+
 /**
  * Adds the chosen arrays. Normals, coverage and fragments together take one further frame of the
  * same scene, levels and median depths another one each.
- * @param occluderDepth as in RenderTarget
- * @param picture       has "Color" and "Depth"
+ * @param picture has "Color" and "Depth"
  */
-void AddChannels(const PixelChannels& channels, const SplatContext& context,
-  const std::vector<SurfelCloud>& clouds, const float* occluderDepth, Splatter& splatter,
-  vtkImageData* picture);
+void AddChannels(const PixelChannels& channels, const PaintedScene& scene, vtkImageData* picture);
 }
