@@ -15,9 +15,7 @@ import argparse
 import statistics
 
 import numpy as np
-from vtkmodules.util.numpy_support import numpy_to_vtk
-from vtkmodules.vtkCommonDataModel import vtkImageData
-from vtkmodules.vtkIOImage import vtkPNGWriter
+from surfelsplatting import write_png
 
 from clouds import largest_confusion, read, surfels_of, truth_views, view_camera
 from measures import psnr
@@ -28,18 +26,6 @@ IMAGES = 200
 METHODS = (("paper", PAPER,
             Way("Gaussian", "Off", coarse_grids=False)), ("ours", DEFAULT, Way(lod="Off")))
 COLUMNS = (PAPER, DEFAULT)
-
-
-def write_png(path, picture):
-    height, width, _ = picture.shape
-    image = vtkImageData()
-    image.SetDimensions(width, height, 1)
-    values = np.round(255 * np.clip(picture[::-1], 0, 1)).astype(np.uint8).reshape(-1, 3)
-    image.GetPointData().SetScalars(numpy_to_vtk(values, deep=True))
-    writer = vtkPNGWriter()
-    writer.SetFileName(path)
-    writer.SetInputData(image)
-    writer.Write()
 
 
 def table_rows(drawing, size, frames):
@@ -102,7 +88,8 @@ def main():
             for row in table_rows(drawing, arguments.size, arguments.frames):
                 file.write(row + "\n")
                 print(row, flush=True)
-            write_png(f"{arguments.out}-{drawing.name}.png", figure(drawing, arguments.size))
+            picture = np.round(255 * np.clip(figure(drawing, arguments.size), 0, 1))
+            write_png(picture.astype(np.uint8), f"{arguments.out}-{drawing.name}.png")
 
 
 if __name__ == "__main__":
