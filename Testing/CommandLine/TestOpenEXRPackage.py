@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Files through OpenEXR's public Python package, which is fetched where it is missing.
 
-    TestOpenEXRPackage.py FOLDER
-
-FOLDER keeps the package from run to run. Without a network the test is skipped.
+The folder $OPENEXR_PACKAGE keeps it from run to run. Without a network the test is skipped.
 """
 
 import os
@@ -122,5 +120,5 @@ class TestOpenEXRPackage(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    fetch_package(sys.argv.pop(1))
+    fetch_package(os.environ["OPENEXR_PACKAGE"])
     unittest.main()
