@@ -14,6 +14,7 @@ import time
 from ..problems import UserProblem
 from ..viewer.estimation import file_of
 from .outputs import write_polydata
+from .progress import Progress
 from .session import Session
 
 NICENESS = 5  # so that turning stays smooth
@@ -25,17 +26,10 @@ def _say(**values):
     sys.stdout.flush()
 
 
-class _Lines:
+class _Lines(Progress):
     """Progress as lines for the process that waits."""
 
-    def __init__(self):
-        self._said = 0.0
-
-    def update(self, algorithm, label):
-        observer = algorithm.AddObserver(
-            "ProgressEvent", lambda caller, _event: self.show(label, caller.GetProgress()))
-        algorithm.Update()
-        algorithm.RemoveObserver(observer)
+    _said = 0.0
 
     def show(self, label, fraction):
         now = time.monotonic()
@@ -43,14 +37,11 @@ class _Lines:
             self._said = now
             _say(stage=label, fraction=fraction)
 
-    def clear(self):
-        pass
-
 
 def _estimate(arguments):
     session = Session(arguments, is_silent=True)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the window is told, too, and ends this process
-    session.progress = _Lines()
+    session.progress = _Lines(session.interrupts)
     cloud = session.drawn_as_points(session.cloud())
     surfels = session.surfels(cloud, with_hierarchy=True)
     return session.drawable(surfels, all_arrays=True)

@@ -88,16 +88,20 @@ def _write_png(picture, path, linear_light, messages):
         file.write(content)
 
 
-def _write_exr(picture, path, deep, messages):
-    writer = vtkDeepEXRWriter() if deep else vtkSurfelEXRWriter()
-    writer.SetInputData(picture)
-    if not deep:
-        writer.AllChannelsOn()
-    # The writer itself never leaves an incomplete file, but it needs a file in which it can seek.
+def _write(writer, data, path, messages):
+    """By a writer that itself never leaves an incomplete file, but needs a file in which it can seek."""
+    writer.SetInputData(data)
     with whole_file(path) if _is_device(path) else nullcontext(path) as name:
         writer.SetFileName(name)
         writer.Write()
         messages.check()
+
+
+def _write_exr(picture, path, deep, messages):
+    writer = vtkDeepEXRWriter() if deep else vtkSurfelEXRWriter()
+    if not deep:
+        writer.AllChannelsOn()
+    _write(writer, picture, path, messages)
 
 
 def write_picture(picture, path, deep, linear_light, messages):
@@ -110,21 +114,11 @@ def write_picture(picture, path, deep, linear_light, messages):
         _write_png(picture, path, linear_light, messages)
 
 
-def _write_mapped(hierarchy, path, messages):
-    writer = vtkSurfelHierarchyWriter()
-    writer.SetInputData(hierarchy)
-    # The writer itself never leaves an incomplete file, but it needs a file in which it can seek.
-    with whole_file(path) if _is_device(path) else nullcontext(path) as name:
-        writer.SetFileName(name)
-        writer.Write()
-        messages.check()
-
-
 def write_hierarchy(hierarchy, path, messages):
     if path.lower().endswith(".vtp"):
         write_surfels(hierarchy, path, messages)
     else:
-        _write_mapped(hierarchy, path, messages)
+        _write(vtkSurfelHierarchyWriter(), hierarchy, path, messages)
 
 
 def write_polydata(data, path):

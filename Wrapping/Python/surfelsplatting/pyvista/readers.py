@@ -55,10 +55,7 @@ def read_pcd(path: str) -> pv.PolyData:
     2
 
     """
-    reader = vtkPointCloudReader()
-    reader.SetFileName(str(path))
-    update(reader, str(path))
-    return pv.wrap(reader.GetOutput())
+    return _read(vtkPointCloudReader(), path)
 
 
 def read_capture(path: str | Path) -> pv.PolyData:
@@ -88,10 +85,7 @@ def read_capture(path: str | Path) -> pv.PolyData:
     path = folder_meta(str(path))
     if path.lower().endswith((".sog", ".json")):
         return _cloud_of(lambda name: read_sog_capture(name)[0], path)
-    reader = vtkGaussianSplatReader()
-    reader.SetFileName(str(path))
-    update(reader, str(path))
-    return pv.wrap(reader.GetOutput())
+    return _read(vtkGaussianSplatReader(), path)
 
 
 def read_las(path: str) -> pv.PolyData:
@@ -162,6 +156,12 @@ def read_ptx(path: str) -> pv.PolyData:
 
     """
     return _scan_of(read_ptx_cloud, path)
+
+
+def _read(reader, path):
+    reader.SetFileName(str(path))
+    update(reader, str(path))
+    return pv.wrap(reader.GetOutput())
 
 
 def _scan_of(read, path):
