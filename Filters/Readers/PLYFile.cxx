@@ -321,7 +321,6 @@ FieldCloud Contents::TakeCloud()
 }
 }
 
-//------------------------------------------------------------------------------
 FieldCloud ReadPLY(const std::string& path)
 {
   Contents contents;

@@ -359,7 +359,6 @@ void AddNormals(const FieldCloud& cloud, vtkPointData* data, std::set<const Fiel
 }
 }
 
-//------------------------------------------------------------------------------
 vtkSmartPointer<vtkCellArray> MakeVertices(int count)
 {
   vtkNew<vtkTypeInt32Array> offsets, connectivity;
@@ -374,7 +373,6 @@ vtkSmartPointer<vtkCellArray> MakeVertices(int count)
   return vertices;
 }
 
-//------------------------------------------------------------------------------
 void DecodeFields(const FieldCloud& cloud, vtkPolyData* output)
 {
   CheckFields(cloud);

@@ -222,7 +222,6 @@ void CheckPCD(std::istream& file, std::uint64_t fileBytes)
 }
 }
 
-//------------------------------------------------------------------------------
 void CheckSize(std::uint64_t points, std::uint64_t leastBytes, std::uint64_t fileBytes)
 {
   if (points > static_cast<std::uint64_t>(std::numeric_limits<int>::max()) ||
@@ -234,7 +233,6 @@ void CheckSize(std::uint64_t points, std::uint64_t leastBytes, std::uint64_t fil
   }
 }
 
-//------------------------------------------------------------------------------
 Format FindFormat(const std::string& path)
 {
   std::ifstream file(path, std::ios::binary);
@@ -255,7 +253,6 @@ Format FindFormat(const std::string& path)
   return Format::Unknown;
 }
 
-//------------------------------------------------------------------------------
 PCDHeader ReadPCDHeader(std::istream& file)
 {
   PCDHeader header;
@@ -274,7 +271,6 @@ PCDHeader ReadPCDHeader(std::istream& file)
   return header;
 }
 
-//------------------------------------------------------------------------------
 PLYHeader ReadPLYHeader(std::istream& file)
 {
   PLYHeader header;
@@ -309,7 +305,6 @@ PLYHeader ReadPLYHeader(std::istream& file)
   throw std::runtime_error("the header has no end_header; the file is cut short.");
 }
 
-//------------------------------------------------------------------------------
 const PLYElement* PLYHeader::Find(const std::string& name) const
 {
   const auto found = std::find_if(this->Elements.begin(), this->Elements.end(),
@@ -317,7 +312,6 @@ const PLYElement* PLYHeader::Find(const std::string& name) const
   return found == this->Elements.end() ? nullptr : &*found;
 }
 
-//------------------------------------------------------------------------------
 Format CheckFile(const std::string& path)
 {
   std::ifstream file(path, std::ios::binary);

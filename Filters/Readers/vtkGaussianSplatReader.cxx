@@ -18,20 +18,17 @@
 
 vtkStandardNewMacro(vtkGaussianSplatReader);
 
-//------------------------------------------------------------------------------
 int vtkGaussianSplatReader::CanReadFile(const char* fileName)
 {
   return fileName && PointCloud::FindCaptureFormat(fileName) != PointCloud::CaptureFormat::None;
 }
 
-//------------------------------------------------------------------------------
 std::string vtkGaussianSplatReader::CheckMemory(
   vtkIdType gaussians, int harmonics, double otherBytes)
 {
   return PointCloud::CheckMemory(gaussians, harmonics, otherBytes);
 }
 
-//------------------------------------------------------------------------------
 void vtkGaussianSplatReader::Read(vtkPolyData* output)
 {
   PointCloud::GaussianFile file(this->FileName);
@@ -62,7 +59,6 @@ void vtkGaussianSplatReader::Read(vtkPolyData* output)
   arrays.MoveTo(output);
 }
 
-//------------------------------------------------------------------------------
 int vtkGaussianSplatReader::RequestData(
   vtkInformation*, vtkInformationVector**, vtkInformationVector* outputVector)
 {
@@ -87,7 +83,6 @@ int vtkGaussianSplatReader::RequestData(
   return 0;
 }
 
-//------------------------------------------------------------------------------
 void vtkGaussianSplatReader::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);

@@ -52,25 +52,21 @@ void AddSensor(const PointCloud::PointCloudFile& file, vtkPolyData* output)
 
 vtkStandardNewMacro(vtkPointCloudReader);
 
-//------------------------------------------------------------------------------
 vtkPointCloudReader::vtkPointCloudReader()
 {
   this->SetNumberOfInputPorts(0);
 }
 
-//------------------------------------------------------------------------------
 vtkPointCloudReader::~vtkPointCloudReader()
 {
   this->SetFileName(nullptr);
 }
 
-//------------------------------------------------------------------------------
 int vtkPointCloudReader::CanReadFile(const char* fileName)
 {
   return fileName && PointCloud::FindFormat(fileName) != PointCloud::Format::Unknown ? 1 : 0;
 }
 
-//------------------------------------------------------------------------------
 void vtkPointCloudReader::Read(vtkPolyData* output)
 {
   const PointCloud::PointCloudFile file = PointCloud::ReadPointCloudFile(this->FileName);
@@ -86,7 +82,6 @@ void vtkPointCloudReader::Read(vtkPolyData* output)
   }
 }
 
-//------------------------------------------------------------------------------
 int vtkPointCloudReader::RequestData(
   vtkInformation*, vtkInformationVector**, vtkInformationVector* outputVector)
 {
@@ -112,7 +107,6 @@ int vtkPointCloudReader::RequestData(
   return 0;
 }
 
-//------------------------------------------------------------------------------
 void vtkPointCloudReader::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);

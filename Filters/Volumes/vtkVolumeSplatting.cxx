@@ -67,21 +67,18 @@ std::array<bool, 6> FindEnds(vtkInformation* input, vtkImageData* image)
 
 vtkStandardNewMacro(vtkVolumeSplatting);
 
-//------------------------------------------------------------------------------
 vtkVolumeSplatting::vtkVolumeSplatting()
 {
   this->SetInputArrayToProcess(
     0, 0, 0, vtkDataObject::FIELD_ASSOCIATION_POINTS, vtkDataSetAttributes::SCALARS);
 }
 
-//------------------------------------------------------------------------------
 vtkVolumeSplatting::~vtkVolumeSplatting()
 {
   this->SetRadiusArrayName(nullptr);
   this->SetGradientArrayName(nullptr);
 }
 
-//------------------------------------------------------------------------------
 void vtkVolumeSplatting::SetVolumeProperty(vtkVolumeProperty* property)
 {
   if (this->VolumeProperty != property)
@@ -91,13 +88,11 @@ void vtkVolumeSplatting::SetVolumeProperty(vtkVolumeProperty* property)
   }
 }
 
-//------------------------------------------------------------------------------
 vtkVolumeProperty* vtkVolumeSplatting::GetVolumeProperty()
 {
   return this->VolumeProperty;
 }
 
-//------------------------------------------------------------------------------
 void vtkVolumeSplatting::CopyMaterial(vtkVolumeProperty* volumeProperty, vtkProperty* property)
 {
   if (!volumeProperty || !property)
@@ -112,14 +107,12 @@ void vtkVolumeSplatting::CopyMaterial(vtkVolumeProperty* volumeProperty, vtkProp
   property->SetSpecularColor(1.0, 1.0, 1.0);
 }
 
-//------------------------------------------------------------------------------
 vtkMTimeType vtkVolumeSplatting::GetMTime()
 {
   const vtkMTimeType time = this->Superclass::GetMTime();
   return this->VolumeProperty ? std::max(time, this->VolumeProperty->GetMTime()) : time;
 }
 
-//------------------------------------------------------------------------------
 int vtkVolumeSplatting::FillInputPortInformation(int, vtkInformation* info)
 {
   info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkImageData");
@@ -127,7 +120,6 @@ int vtkVolumeSplatting::FillInputPortInformation(int, vtkInformation* info)
   return 1;
 }
 
-//------------------------------------------------------------------------------
 bool vtkVolumeSplatting::CheckProperty(vtkDataArray* scalars, bool areOfImage)
 {
   vtkVolumeProperty* property = this->VolumeProperty;
@@ -159,7 +151,6 @@ bool vtkVolumeSplatting::CheckProperty(vtkDataArray* scalars, bool areOfImage)
   return true;
 }
 
-//------------------------------------------------------------------------------
 int vtkVolumeSplatting::RequestData(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
@@ -204,7 +195,6 @@ int vtkVolumeSplatting::RequestData(
                : this->SplatParticles(particles, table, output);
 }
 
-//------------------------------------------------------------------------------
 int vtkVolumeSplatting::SplatImage(vtkInformation* input, const ImageScalars& scalars,
   const TransferTable& table, vtkPolyData* output)
 {
@@ -231,7 +221,6 @@ int vtkVolumeSplatting::SplatImage(vtkInformation* input, const ImageScalars& sc
   return this->Finish(done, collection, origin, output);
 }
 
-//------------------------------------------------------------------------------
 int vtkVolumeSplatting::SplatParticles(
   const Particles& particles, const TransferTable& table, vtkPolyData* output)
 {
@@ -263,7 +252,6 @@ int vtkVolumeSplatting::SplatParticles(
   return this->Finish(done, collection, origin, output);
 }
 
-//------------------------------------------------------------------------------
 int vtkVolumeSplatting::Finish(
   bool done, GaussianCollection& collection, const double origin[3], vtkPolyData* output)
 {
@@ -281,7 +269,6 @@ int vtkVolumeSplatting::Finish(
   return 1;
 }
 
-//------------------------------------------------------------------------------
 void vtkVolumeSplatting::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);

@@ -351,7 +351,6 @@ TEST_CASE("The threads do not matter")
   vtkSMPTools::Initialize(0);
 }
 
-//------------------------------------------------------------------------------
 /// Particles with a scalar of 0.25 i and a radius of 0.1 (i + 1).
 vtkSmartPointer<vtkPolyData> MakeParticles(const std::vector<Vec>& places)
 {
