@@ -1,10 +1,8 @@
 # Finds VTK, Python, PCL (with FLANN), zstd, Eigen and OpenEXR so that nothing more than what is used comes along.
 
 set(surfelsplatting_vtk_components
-  CommonColor CommonCore CommonDataModel CommonExecutionModel CommonMath CommonTransforms
-  FiltersCore FiltersGeneral FiltersSources
-  ImagingCore IOImage IOPLY IOXML InteractionStyle ParallelCore
-  RenderingAnnotation RenderingCore RenderingFreeType RenderingOpenGL2 zlib)
+  CommonCore CommonDataModel CommonExecutionModel CommonMath CommonTransforms FiltersCore IOImage
+  ParallelCore RenderingCore RenderingOpenGL2 zlib)
 if (SURFELSPLATTING_WRAP_PYTHON)
   # Debian's interpreter, which sees python3-vtk9: a pyenv or conda python3 is often first on PATH.
   if (NOT Python3_EXECUTABLE AND EXISTS "/usr/bin/python3")
@@ -14,7 +12,7 @@ if (SURFELSPLATTING_WRAP_PYTHON)
   list(APPEND surfelsplatting_vtk_components WrappingPythonCore Python)
 endif ()
 if (SURFELSPLATTING_BUILD_TESTING)
-  list(APPEND surfelsplatting_vtk_components TestingCore TestingRendering)
+  list(APPEND surfelsplatting_vtk_components IOXML)
 endif ()
 # Without COMPONENTS the package demands Qt5's development files.
 # OpenGL's functions come by glew up to VTK 9.3, by glad since.
