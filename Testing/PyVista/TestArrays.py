@@ -183,8 +183,13 @@ class TestRender(unittest.TestCase):
                 rows = vtk("util.numpy_support").vtk_to_numpy(
                     reader.GetOutput().GetPointData().GetScalars())
                 np.testing.assert_array_equal(rows.reshape(picture.shape)[::-1], picture)
-            with self.assertRaisesRegex(RuntimeError, "nowhere"):
+            with self.assertRaisesRegex(FileNotFoundError, "No such file or directory: .*nowhere"):
                 write_png(picture, Path(folder) / "nowhere" / "picture.png")
+            with self.assertRaisesRegex(IsADirectoryError, "Is a directory"):
+                write_png(picture, folder)
+        for is_array in (True, False):
+            with self.assertRaisesRegex(TypeError, "path is None; give the name of a file"):
+                write_png(picture if is_array else vtkSurfelImageRenderer(), None)
         for wrong in (None, picture / 255.0, picture[..., 0], picture[:0]):
             with self.assertRaisesRegex(TypeError, "give a vtkSurfelImageRenderer, its output, or uint8"):
                 write_png(wrong, "never.png")
@@ -272,6 +277,10 @@ class TestRender(unittest.TestCase):
             (ValueError, "neighbors is 2; it must be a number from 4 to 256",
              lambda: render(points, neighbors=2)),
             (ValueError, "neighbors is 'x'", lambda: render(points, neighbors="x")),
+            (ValueError, "neighbors is 8.5; it must be a whole number",
+             lambda: render(points, neighbors=8.5)),
+            (ValueError, r"focus is \('a', 'b'\); it must be a point",
+             lambda: Lens(coc=3, focus=("a", "b"))),
             (ValueError, "coc is '5'", lambda: Lens(coc="5")),
             (ValueError, "view_angle is '30'", lambda: Camera(view_angle="30")),
             (TypeError, "render has no argument 'color'; did you mean 'colors'",

@@ -83,6 +83,17 @@ class TestAdd(PlotterCase):
         picture = self.drawn(self.surfels, color="lime", lighting=False, opacity=0.5)
         np.testing.assert_allclose(picture[90, 120], (0, 128, 0), atol=3)
 
+    def test_opacity_of_points(self):
+        """An array is in the order of the points, which surfels do not keep."""
+        is_above = (self.cloud.points[:, 1] > 0).astype(float)
+        for cloud, opacity in ((self.cloud, is_above),
+                               (self.surfels, (self.surfels.points[:, 1] > 0).astype(float))):
+            pl = self.plotter()
+            pl.surfels.add(cloud, "height", opacity=opacity, show_scalar_bar=False)
+            picture = self.picture(pl)
+            self.assertGreater(picture[60:80, 110:130].max(axis=2).min(), 60)
+            self.assertLess(picture[100:120, 110:130].max(), 10)
+
     def test_arrays_of_points(self):
         uncolored = pv.PolyData(self.cloud.points)  # colours would steer the kernels
         np.testing.assert_array_equal(self.drawn(self.cloud.points, color="tan"),
@@ -136,6 +147,12 @@ class TestAdd(PlotterCase):
             (TypeError, "surfels have no pbr; leave it out", lambda: add(self.cloud, pbr=True)),
             (TypeError, "^surfels.add has no argument 'tasty'", lambda: add(self.cloud, tasty=True)),
             (TypeError, "no argument 'colour'; did you mean 'color'", lambda: add(self.cloud, colour="r")),
+            (TypeError, r"no argument 'sides'; cloud.surfels.estimate\(sides=...\) makes surfels",
+             lambda: add(self.cloud, sides="two")),
+            (TypeError, r"no argument 'coc'; pl.surfels.lens\(coc=...\)", lambda: add(self.cloud, coc=3)),
+            (TypeError, "cloud is of the type Table, which has no points", lambda: add(pv.Table({"x": np.ones(3)}))),
+            (TypeError, "cloud is of the type Actor, which has no points", lambda: add(pv.Actor())),
+            (ValueError, "component must be nonnegative and less", lambda: add(self.cloud, "RGB", component=5)),
         ]
         for kind, text, call in cases:
             with self.subTest(text), self.assertRaisesRegex(kind, text):
@@ -181,6 +198,20 @@ class TestLens(PlotterCase):
         self.assertGreater(detail(self.picture(pl)[MIDDLE]), 0.6 * detail(sharp[MIDDLE]))
         pl.surfels.lens(coc=0)
         np.testing.assert_array_equal(self.picture(pl), sharp)
+
+    def test_before_there_is_anything(self):
+        """The camera is placed as if the lens had been set after the cloud, and the focus is the same."""
+        pictures = []
+        for is_first in (True, False):
+            pl = pv.Plotter(window_size=(240, 180))
+            self.addCleanup(pl.close)
+            if is_first:
+                pl.surfels.lens(coc=30, focus=(0, 0, 1))
+            pl.surfels.add(self.surfels, "stripes", cmap="gray", show_scalar_bar=False)
+            if not is_first:
+                pl.surfels.lens(coc=30, focus=(0, 0, 1))
+            pictures.append(self.picture(pl))
+        np.testing.assert_array_equal(pictures[0], pictures[1])
 
     def test_focus_by_pixel(self):
         """The point that the pixel sees; it stays in focus when the camera moves."""

@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from numbers import Real
 
 from .surfels import finite_triple, number_in
 from .views.cameras import STILL_CELLS
@@ -84,18 +85,21 @@ def _checked_focus(focus):
         count = 0
     if count == 3:
         return finite_triple(focus, "the lens's focus")
-    if count != 2 or not all(math.isfinite(value) and value == int(value) for value in focus):
+    is_pixel = count == 2 and all(isinstance(value, Real) and math.isfinite(value) and value == int(value)
+                                  for value in focus)
+    if not is_pixel:
         raise ValueError(f"the lens's focus is {focus!r}; it must be a point (x, y, z), or a pixel "
                          "(x, y) of two whole numbers")
     return tuple(int(value) for value in focus)
 
 
 def focus_on_point(splatter, camera, point) -> None:
-    """Focuses on the plane through a point in front of the camera."""
-    position, direction = camera.GetPosition(), camera.GetDirectionOfProjection()
-    distance = sum((p - q) * d for p, q, d in zip(point, position, direction))
-    if not distance > 0:
-        raise ValueError(f"the lens's focus {tuple(point)} is {-distance:g} behind the camera at "
-                         f"{position}; give a point in front of it")
+    """Focuses on the plane through a point in front of the camera; None if that is placed later."""
+    if camera is not None:
+        position, direction = camera.GetPosition(), camera.GetDirectionOfProjection()
+        distance = sum((p - q) * d for p, q, d in zip(point, position, direction))
+        if not distance > 0:
+            raise ValueError(f"the lens's focus {tuple(point)} is {-distance:g} behind the camera at "
+                             f"{position}; give a point in front of it")
     splatter.SetFocusModeToPoint()
     splatter.SetFocusPoint(point)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Pictures as 8-bit PNG files."""
 
+import os
 import struct
 import zlib
 from concurrent.futures import ThreadPoolExecutor
@@ -83,8 +84,9 @@ def png_bytes(picture, linear_light=False):
                      _chunk(b"IDAT", struct.pack(">I", checksum)), _chunk(b"IEND", b"")))
 
 
-def _write_array(picture, path):
-    """Writes an array of bytes, [height, width, 3 or 4] with the top row first, as `render` makes it."""
+def _png_of_array(picture):
+    """The contents of a PNG file of an array of bytes, [height, width, 3 or 4] with the top row first, as
+    `render` makes it."""
     array = np.asarray(picture)
     if array.dtype != np.uint8 or array.ndim != 3 or array.shape[2] not in (3, 4) or 0 in array.shape:
         raise TypeError(f"the picture is of the type {type(picture).__name__}"
@@ -96,9 +98,10 @@ def _write_array(picture, path):
     rows = np.ascontiguousarray(array[::-1]).reshape(-1, array.shape[2])
     image.GetPointData().SetScalars(named_array("Color8", rows))
     writer = vtk("vtkIOImage").vtkPNGWriter()
-    writer.SetFileName(str(path))
+    writer.WriteToMemoryOn()
     writer.SetInputData(image)
-    update(writer, str(path), writer.Write)
+    update(writer, "PNG", writer.Write)
+    return memoryview(writer.GetResult())
 
 
 def write_png(picture, path, linear_light=False):
@@ -107,13 +110,16 @@ def write_png(picture, path, linear_light=False):
     picture: a vtkSurfelImageRenderer, which is updated first, or one of its outputs; or an array of
     `render`.
     RuntimeError: what the renderer says if it cannot render.
+    OSError: why the file cannot be written.
     """
+    if not isinstance(path, (str, os.PathLike)):
+        raise TypeError(f"path is {path!r}; give the name of a file")
     if not hasattr(picture, "IsA"):
-        _write_array(picture, path)
-        return
-    if not picture.IsA("vtkDataObject"):
-        update(picture, "rendering")
-        picture = picture.GetOutput()
-    content = png_bytes(picture, linear_light)
+        content = _png_of_array(picture)
+    else:
+        if not picture.IsA("vtkDataObject"):
+            update(picture, "rendering")
+            picture = picture.GetOutput()
+        content = png_bytes(picture, linear_light)
     with open(path, "wb") as file:
         file.write(content)

@@ -23,12 +23,17 @@ def how_to_install(packages):
             f"install {packages}, and then ~/surfelenv/bin/python {sys.argv[0]}")
 
 
-def check_names(names, known, call, otherwise):
+def check_names(names, known, call, otherwise, elsewhere=()):
     """Raises TypeError for an argument that a call does not have: the name that was meant, or else what
-    to do."""
+    to do.
+
+    elsewhere: what to do by the names that other calls have, with {} for the name
+    """
     for name in names:
         if name not in known:
-            near = get_close_matches(name, known, 1)
+            near = [] if name in elsewhere else get_close_matches(name, known, 1)
+            if name in elsewhere:
+                otherwise = elsewhere[name].format(name)
             raise TypeError(f"{call} has no argument {name!r}; "
                             + (f"did you mean {near[0]!r}?" if near else otherwise))
 

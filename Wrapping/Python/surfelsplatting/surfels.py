@@ -79,6 +79,8 @@ def _are_selected(data):
     if not FEW < expected < len(marked):
         return False
     points, kernels = _rows(data)
+    if len(points) != len(kernels):
+        return False
     near = np.isin(points[:, 0], marked[:, 0])
     found = set(map(tuple, np.hstack([points[near], kernels[near]], dtype=float).tolist()))
     return sum(row in found for row in map(tuple, marked.tolist())) > expected / 2
@@ -137,6 +139,13 @@ def number_in(value, smallest, largest, what):
     except (TypeError, ValueError):  # no number, or several
         pass
     raise ValueError(f"{what} is {value!r}; it must be a number from {smallest:g} to {largest:g}")
+
+
+def whole_number_in(value, smallest, largest, what):
+    """The whole number if it is between these, or ValueError."""
+    if number_in(value, smallest, largest, what) != int(value):
+        raise ValueError(f"{what} is {value!r}; it must be a whole number")
+    return int(value)
 
 
 def one_of(value, choices, what):
@@ -265,7 +274,7 @@ def make_surfels(points, *, cleaning="full", sides="auto", viewpoint=None, neigh
         viewpoint = finite_triple(viewpoint, "viewpoint")
     _set_sides(filters.GetEstimation(), points, sides, viewpoint)
     if neighbors is not None:
-        filters.SetNumberOfNeighbors(int(number_in(neighbors, 4, 256, "neighbors")))
+        filters.SetNumberOfNeighbors(whole_number_in(neighbors, 4, 256, "neighbors"))
     update(filters, "estimation of surfels", warns=lambda: _has_faults(filters))
     surfels = filters.GetOutput()
     if surfels.GetNumberOfPoints() == 0:

@@ -14,7 +14,7 @@ from ..views.cameras import View
 from ..views.focus import fronts_of
 from ..problems import check_names
 from ..surfels import is_surfels
-from .component import ADD_NAMES
+from .component import ADD_NAMES, ELSEWHERE
 from .points import as_one, points_of, surfels_of
 
 PLOTTER_OPTIONS = ("notebook", "off_screen", "theme", "window_size")
@@ -189,7 +189,8 @@ class SurfelAccessor:
             if not np.isfinite(np.asarray(list(cpos), dtype=float)).all():
                 raise ValueError(f"cpos is {cpos!r}; it must be finite")
         check_names(kwargs, {*ADD_NAMES, *PLOTTER_OPTIONS, *SHOW_OPTIONS}, "surfels.plot",
-                    "a pyvista.Plotter has what else there is, with pl.surfels.add and pl.surfels.lens")
+                    "a pyvista.Plotter has what else there is, with pl.surfels.add and pl.surfels.lens",
+                    ELSEWHERE)
         plotter_options = {name: kwargs.pop(name) for name in PLOTTER_OPTIONS if name in kwargs}
         show_options = {name: kwargs.pop(name) for name in SHOW_OPTIONS if name in kwargs}
         if plotter_options.get("window_size") is not None:

@@ -13,6 +13,7 @@ import numpy as np
 import pyvista as pv
 
 from ..arrays import point_rows
+from ..backend import vtk
 from ..lens import Lens, focus_on_point
 from ..lighting import are_photographs
 from ..problems import check_names, warn_user
@@ -22,7 +23,7 @@ from ..vtkSurfelReaders import vtkGaussianSplatReader
 from ..vtkSurfelRendering import vtkSurfelSplatter, vtkSurfelSplattingPass
 from .firstview import FirstView
 from .mapper import SurfelMapper
-from .points import as_one, points_of, surfels_of, with_scalars
+from .points import as_one, points_of, surfels_of, with_opacity, with_scalars
 from .readers import read_capture
 
 if TYPE_CHECKING:
@@ -163,7 +164,7 @@ class SurfelComponent:
 
         rgb : bool, optional
             Whether the scalars are colors. By default, those of type ``uint8`` with 3 or 4
-            components are, unless ``cmap`` is given.
+            components are, unless ``cmap`` or ``component`` is given.
 
         show_scalar_bar : bool, optional
             Whether to show a scalar bar. By default as the theme says.
@@ -209,13 +210,14 @@ class SurfelComponent:
         useless = [name for name in kwargs if name in MEANINGLESS]
         if useless:
             raise TypeError(f"surfels have no {useless[0]}; leave it out, or use add_mesh")
-        check_names(kwargs, ADD_NAMES, "surfels.add", "it has most of those of add_mesh")
+        check_names(kwargs, ADD_NAMES, "surfels.add", "it has most of those of add_mesh", ELSEWHERE)
         if rgb is None:
             rgb = kwargs.pop("rgba", None)
         plotter = self._plotter
         points, name = with_scalars(_as_dataset(cloud), scalars)
+        points, opacity = with_opacity(points, kwargs.pop("opacity", None))
         points, surfels = _points_and_surfels(points)
-        if rgb is None and color is None and kwargs.get("cmap") is None:
+        if rgb is None and color is None and kwargs.get("cmap") is None and kwargs.get("component") is None:
             rgb = _are_colors(surfels, name)
         if rgb and _are_colors(surfels, name) and are_photographs(surfels.point_data[name]):
             kwargs.setdefault("lighting", False)
@@ -224,7 +226,7 @@ class SurfelComponent:
             del surfels.point_data["GaussianHarmonics"]  # they would win over the color
         if name is None and color is None:
             color = plotter.theme.color
-        kwargs |= {"scalars": name if color is None else None, "color": color, "rgb": rgb}
+        kwargs |= {"scalars": name if color is None else None, "color": color, "rgb": rgb, "opacity": opacity}
         actor = plotter.add_mesh(surfels, style="points", show_scalar_bar=False, reset_camera=False,
                                  render=False, **kwargs)
         mapper = SurfelMapper.like(actor.mapper)
@@ -296,12 +298,14 @@ class SurfelComponent:
         >>> pl.close()
 
         """
-        camera, splatter = self._plotter.camera, self.splatter
+        renderer, splatter = self._plotter.renderer, self.splatter
+        # PyVista's property would place the camera before there is anything to be seen.
+        camera = self._plotter.camera if renderer.actors else renderer.camera
         lens = Lens(coc, diameter, focus, splatter.GetLensCells() if cells is None else cells)
         _check_camera(camera)
         if lens.focus is not None:
             point = self._point_at(lens.focus) if lens.focus_is_pixel else lens.focus
-            focus_on_point(splatter, camera, point)
+            focus_on_point(splatter, camera if renderer.camera_set else None, point)
         if coc is not None or diameter is not None:
             lens.set_size(splatter, camera)
         splatter.SetLensCells(int(lens.cells))
@@ -362,6 +366,11 @@ class SurfelComponent:
         self.__plotter_close__()
 
 
+# Where arguments are that add and plot do not have.
+ELSEWHERE = {**dict.fromkeys(("cleaning", "sides", "viewpoint", "neighbors", "hierarchy"),
+                             "cloud.surfels.estimate({}=...) makes surfels, which are drawn as they are"),
+             **dict.fromkeys(("coc", "diameter", "focus", "cells"),
+                             "pl.surfels.lens({}=...) of a pyvista.Plotter sets it")}
 # add_mesh takes some under other names, too, which its signature does not have.
 ADD_NAMES = {*inspect.signature(SurfelComponent.add).parameters, "colormap", "rgba", "rng",
              *inspect.signature(pv.Plotter.add_mesh).parameters} - {"self", "mesh", "kwargs", *MEANINGLESS}
@@ -392,6 +401,9 @@ def _as_dataset(cloud):
         return read_capture(cloud) if is_capture else _as_dataset(pv.read(cloud))
     if isinstance(cloud, (pv._vtk.vtkDataSet, pv._vtk.vtkMultiBlockDataSet)):
         return as_one(pv.wrap(cloud))
+    if isinstance(cloud, vtk("vtkCommonCore").vtkObject):
+        raise TypeError(f"cloud is of the type {type(cloud).__name__}, which has no points for surfels; give "
+                        "a data set, such as a pyvista.PolyData, or an array of shape (n, 3)")
     if hasattr(cloud, "GetClassName"):
         package = type(cloud).__module__.partition(".")[0]
         raise TypeError(f"cloud is a {cloud.GetClassName()} of {package}, which PyVista does not use "

@@ -12,6 +12,9 @@ from ..surfels import MODEL, in_the_world, make_surfels, scan
 from ..views.sensor import keep_sensor
 
 
+OPACITY = "opacity of points"
+
+
 def as_one(dataset):
     """The data set; of a MultiBlock, all of its blocks."""
     return dataset.combine() if isinstance(dataset, pv.MultiBlock) else dataset
@@ -77,6 +80,17 @@ def with_scalars(dataset, scalars):
     dataset = dataset.copy(deep=False)
     dataset.point_data[name] = values
     return dataset, name
+
+
+def with_opacity(dataset, opacity):
+    """-> the data set with the opacity of pl.surfels.add, what add_mesh is to know of it: an array of
+    points becomes one that surfels, which are in another order, have as well"""
+    values = np.asarray(opacity)
+    if values.shape != (dataset.n_points,) or values.dtype.kind not in "biuf":
+        return dataset, opacity
+    dataset = dataset.copy(deep=False)
+    dataset.point_data.set_array(values, OPACITY)
+    return dataset, OPACITY
 
 
 def _no_array(dataset, name):
