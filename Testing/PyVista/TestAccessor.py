@@ -324,6 +324,14 @@ class TestChangedSurfels(PlotterCase):
         again = surfels.clip("y").surfels.estimate()
         self.assertAlmostEqual(again.n_points / surfels.n_points, 0.5, delta=0.1)
 
+    def test_points_replaced(self):
+        """Arrays of the points that were there before do not fit and tell nothing."""
+        surfels = self.surfels.copy()
+        points = pv.vtk_points(self.cloud.points[:3000])
+        surfels.SetPoints(points)
+        with self.assertWarnsRegex(UserWarning, "which are made anew"):
+            self.assertEqual(surfels.surfels.estimate().n_points, 3000)
+
     def test_selected_and_turned(self):
         """What was selected, or is little, does not tell whether it was turned."""
         for change in (lambda data: data.rotate_z(30), lambda data: data.rotate_z(90)):

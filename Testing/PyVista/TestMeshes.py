@@ -109,6 +109,20 @@ class TestEstimate(MeshCase):
         points = points_of(furnished)
         np.testing.assert_array_equal(points_of(points)["Normals"], points["Normals"])
 
+    def test_sheets_are_seen_from_both_sides(self):
+        """Whichever way their faces are oriented: a plane and a terrain have no outside."""
+        grid = pv.StructuredGrid(*np.meshgrid(np.arange(20.0), np.arange(20.0), [0.0]))
+        terrain = pv.PolyData(pv.Plane(i_size=19, j_size=19, i_resolution=19, j_resolution=19))
+        terrain.points[:, 2] = np.sin(terrain.points[:, 0] / 3)
+        for mesh in (grid, terrain, terrain.flip_faces()):
+            surfels = mesh.surfels.estimate()
+            self.assertGreater(surfels.n_points, 30_000)
+            self.assertTrue(surfels["SurfelTwoSided"].all())
+            self.assertFalse(mesh.surfels.estimate(sides="given")["SurfelTwoSided"].any())
+            picture = mesh.surfels.plot(return_img=True, window_size=(120, 90), color="white")
+            self.assertGreater(picture.max(), 60)
+        self.assertFalse(pv.Sphere(end_phi=90).surfels.estimate()["SurfelTwoSided"].any())
+
     def test_vertices_alone(self):
         """A way to keep them."""
         sphere = pv.Sphere(theta_resolution=40, phi_resolution=40)

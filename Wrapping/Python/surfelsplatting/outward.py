@@ -13,6 +13,7 @@ import numpy as np
 from .backend import vtk
 from .clouds.parts import parts_of_points
 from .clouds.polydata import polydata_of
+from .surfels import note_sheet
 from .views.rooms import FLAT, HEIGHTS, LEAST, UPRIGHT, profile_of
 from .views.surfaces import Surface
 from .vtkarrays import named_array, to_numpy
@@ -38,6 +39,7 @@ MOST_SAMPLES = 100_000  # of a mesh of many parts, that are looked at
 MOST_POINTS = 20_000  # of a cloud, which take 40 ms; a part of it may have a hundredth of them
 FEWEST_POINTS = 100
 FEW_BACKS = 0.02  # of what is seen of a cloud; parts are looked for if there is more
+SHEET = 0.9  # net area over area of a mesh, from which on it is a sheet; a hemisphere has 0.5
 REACH = 4.0  # spacings, from which on there is a gap between parts, about
 
 
@@ -199,13 +201,20 @@ def _inward_of_points(places, normals, _cloud):
 @np.errstate(all="ignore")  # values that are not finite warn
 def turn_outward(cloud):
     """Turns the normals of a Cloud where they are those of a mesh or of a closed surface, and point
-    inward, and says so in `how`. Where the place of the sensor is known, they stay."""
+    inward, and says so in `how`. Where the place of the sensor is known, they stay. A mesh that is a
+    sheet, such as a plane or a terrain, has no outside, and is seen from both sides."""
     arrays = cloud.data.GetPointData()
     array = arrays.GetNormals() or arrays.GetArray("Normals")
     if cloud.is_drawable or cloud.is_volume or cloud.viewpoint or cloud.columns or array is None:
         return
     normals = to_numpy(array)
     if normals.shape[1:] != (3,) or normals.dtype.kind != "f":
+        return
+    if cloud.parts is not None and np.linalg.norm(normals.mean(axis=0)) >= SHEET:
+        points = cloud.data.NewInstance()  # who gave them may need them
+        points.ShallowCopy(cloud.data)
+        note_sheet(points)
+        cloud.data = points
         return
     inward_of = _inward_of_points if cloud.parts is None else _inward_of_mesh
     is_inward, what = inward_of(to_numpy(cloud.data.GetPoints().GetData()), normals, cloud)

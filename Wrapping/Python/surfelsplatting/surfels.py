@@ -15,6 +15,7 @@ from .vtkSurfelFilters import vtkPointsToSurfels, vtkSurfelHierarchy
 SURFEL_ARRAYS = ("SurfelCovariance", "SurfelAreaVector")
 PLACES, MARKED = "SurfelPlaces", "SurfelMarks"  # field arrays
 MODEL = "ModelUp"  # a field array
+SHEET = "ModelIsSheet"  # a field array
 MARKS = 1024  # surfels of which places and kernels are noted
 FEW = 8  # of them tell too little
 CLEANING = ("off", "outliers", "full")
@@ -209,12 +210,22 @@ def is_model(points):
     return bool(array and array.GetNumberOfTuples() and array.GetTuple(0)[0])
 
 
+def note_sheet(points):
+    """Stores of a mesh that it is a sheet, which has no outside: it is seen from both sides."""
+    _note(points, SHEET, (1.0,))
+
+
+def is_sheet(points):
+    """Whether note_sheet has stored that it is one."""
+    return bool(points.GetFieldData().HasArray(SHEET))
+
+
 def _note(points, name, values):
     points.GetFieldData().AddArray(named_array(name, [values], float))
 
 
 def _set_sides(estimation, points, sides, viewpoint):
-    if one_of(sides, SIDES, "sides") == "two":
+    if one_of(sides, SIDES, "sides") == "two" or (sides == "auto" and viewpoint is None and is_sheet(points)):
         estimation.SetOrientationModeToTwoSided()
     elif sides == "given":
         if not has_normals(points):

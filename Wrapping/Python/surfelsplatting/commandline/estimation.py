@@ -3,6 +3,7 @@
 
 from ..clouds.reading import is_hierarchy
 from ..problems import UserProblem
+from ..surfels import is_sheet
 from ..vtkSurfelFilters import (vtkPartitionedSurfelEstimation, vtkPointsToSurfels,
                                 vtkSurfelHierarchy)
 
@@ -13,7 +14,7 @@ def _set_filters(filters, cloud, arguments):
     filters.SetCleanPoints(arguments.cleaning != "off")
     filters.GetCleaning().SetSmoothing(arguments.cleaning == "full")
     filters.SetNumberOfNeighbors(arguments.neighbors or 0)
-    if arguments.sides == "two":
+    if arguments.sides == "two" or (arguments.sides == "auto" and is_sheet(cloud.data)):
         filters.GetEstimation().SetOrientationModeToTwoSided()
     elif arguments.sides == "given":
         if not cloud.normals:
