@@ -31,6 +31,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <new>
 
 namespace
@@ -71,6 +72,7 @@ struct vtkSurfelSplatter::Internals
   double SceneMilliseconds = 0.0;
   bool WarnedParallel = false;
   bool WarnedOffAxis = false;
+  bool WarnedNotFinite = false;
 };
 
 vtkStandardNewMacro(vtkSurfelSplatter);
@@ -207,10 +209,36 @@ void vtkSurfelSplatter::MakeContext(const SceneView& view)
   this->Internal->Context = context;
 }
 
+/// Says once what is not finite, without which there is no picture: VTK's macros keep NaN.
+void vtkSurfelSplatter::WarnOfNotFinite(const SceneView& view)
+{
+  const SurfelSplatting::View& v = view.Projection;
+  double camera = v.Fx + v.Fy + v.Cx + v.Cy;
+  for (int i = 0; i < 3; ++i)
+  {
+    camera += v.WorldToCamera.T[i] + v.WorldToCamera.L[i][0] + v.WorldToCamera.L[i][1] +
+      v.WorldToCamera.L[i][2];
+  }
+  const bool isCamera = !std::isfinite(camera);
+  const bool isLens = !std::isfinite(view.Optics.Radius) || std::isnan(view.Optics.FocalDistance);
+  const bool isSetting = !std::isfinite(this->Cutoff + this->Prefilter + this->LODError);
+  if ((isCamera || isLens || isSetting) && !this->Internal->WarnedNotFinite)
+  {
+    this->Internal->WarnedNotFinite = true;
+    vtkWarningMacro(
+      << (isCamera    ? "The camera is not finite, so that surfels are not seen: check its "
+                        "position, focal point, view-up and view angle."
+             : isLens ? "The lens is not finite, so that surfels are not seen: check the "
+                        "CircleOfConfusion, or the camera's focal disk and focal distance."
+                      : "Cutoff, Prefilter and LODError must be finite: surfels may not be seen."));
+  }
+}
+
 /// Warns once about cameras whose pictures may surprise the user.
 void vtkSurfelSplatter::WarnOfCamera(const SceneView& view)
 {
   Internals& my = *this->Internal;
+  this->WarnOfNotFinite(view);
   if (view.Projection.Parallel && view.Optics.Radius > 0.0 && !my.WarnedParallel)
   {
     my.WarnedParallel = true;

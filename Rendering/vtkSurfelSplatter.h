@@ -435,6 +435,7 @@ private:
   void MakeContext(const SceneView& view);
   SurfelSplatting::FrameKey MakeKey(const SceneItems& items, const SceneView& view);
   void WarnOfCamera(const SceneView& view);
+  void WarnOfNotFinite(const SceneView& view);
   void MakeClouds(const SceneItems& items, const SceneView& view, SceneClouds& scene);
   void MakeScene(const SceneItems& items, const SceneView& view, SceneClouds& scene);
   bool RenderScene(const SceneItems& items, const SceneView& view,

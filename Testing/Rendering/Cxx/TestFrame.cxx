@@ -20,6 +20,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 
 using namespace RenderingTest;
@@ -276,6 +277,39 @@ TEST_CASE_FIXTURE(NoMessages, "Poster keeps the blur in window pixels")
   large.Pass->GetSplatter()->SetLensModeToCircleOfConfusion();
   large.Pass->GetSplatter()->SetCircleOfConfusion(80.0);
   CHECK_NEAR(Compare(poster, large.Render()).Max, 0.0, 1.0); // rounding
+}
+
+TEST_CASE_FIXTURE(NoMessages, "What is not finite is said")
+{
+  // VTK's macros keep NaN, and an empty picture does not tell why.
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const char* what : { "camera is not finite", "lens is not finite", "Prefilter" })
+  {
+    Scene scene(60, 40);
+    SurfelBuilder builder;
+    builder.AddGrid({ -0.5, -0.25, 0.7 }, { 0.1, 0, 0 }, { 0, 0.1, 0 }, 10, 5);
+    scene.Renderer->AddActor(SurfelActor(builder.Data));
+    vtkSmartPointer<vtkCamera> camera = FrontCamera(6.0);
+    vtkSurfelSplatter* splatter = scene.Pass->GetSplatter();
+    if (what[0] == 'c')
+    {
+      camera->SetViewAngle(nan);
+    }
+    else if (what[0] == 'l')
+    {
+      splatter->SetLensModeToCircleOfConfusion();
+      splatter->SetCircleOfConfusion(nan);
+    }
+    else
+    {
+      splatter->SetPrefilter(nan);
+    }
+    scene.See(camera);
+    scene.Render();
+    const std::string warning = TakeMessages();
+    INFO(what, ": ", warning);
+    CHECK(warning.find(what) != std::string::npos);
+  }
 }
 
 TEST_CASE_FIXTURE(NoMessages, "Parallel projection")
