@@ -142,8 +142,31 @@ class TestTextClouds(ToolCase):
     def test_tables_of_office_programs(self):
         for text in ("\ufeffx;y;z\n1,0;2,0;3,0\n4;5;6\n", "x\ty\tz\n1,0\t2,0\t3,0\n4\t5\t6\n",
                      '"x","y","z"\n"1","2","3"\n"4","5","6"\n', "x,y,z\n1,2,3,\n4,5,6,\n",
-                     "x,y,z,kind\n1,2,3,tree\n4,5,6,a house\n"):
+                     "x,y,z,kind\n1,2,3,tree\n4,5,6,a house\n", "1,0 2,0 3,0\n4 5 6\n",
+                     "x\ty\tz\n1,0\t2\t3,0\n4\t5\t6\n"):
             self.assertEqual(self.check_points(text, path="cloud.csv"), {}, text)
+
+    def test_names_in_other_languages(self):
+        rows = "7;1,0;2,0;3,0;10;20;30\n8;4,0;5,0;6,0;40;50;60\n"
+        for names in ("Punktnummer;Rechtswert;Hochwert;Höhe;Rot;Grün;Blau",
+                      "Nr.;Ostwert;Nordwert;Hoehe [m];ROT;GRUEN;BLAU",
+                      "Numéro;Est;Nord;Altitude (m);Rouge;Vert;Bleu",
+                      "Número;Este;Norte;Elevación;Rojo;Verde;Azul",
+                      "Numero;Est;Nord;Quota;Rosso;Verde;Blu"):
+            for encoding in ("utf-8", "cp1252", "utf-16"):
+                with open("cloud.csv", "w", encoding=encoding) as file:
+                    file.write(f"{names}\n{rows}")
+                cloud, columns = read_text_cloud("cloud.csv")
+                self.assertFalse(columns.unsure, names)
+                np.testing.assert_array_equal(places_of(cloud), [[1, 2, 3], [4, 5, 6]], names)
+                np.testing.assert_array_equal(arrays_of(cloud)["RGB"], [[10, 20, 30], [40, 50, 60]])
+
+    def test_words_in_the_bytes_of_a_system(self):
+        """Beyond the start of the file, too, where the encoding is looked for"""
+        rows = 100_000 * b"1,2,3,wood\n"
+        with open("cloud.csv", "wb") as file:
+            file.write(b"x,y,z,kind\n" + rows + b"4,5,6,b\xe4ume\n")
+        self.assertEqual(places_of(read_text_cloud("cloud.csv")[0])[-1].tolist(), [4, 5, 6])
 
     def test_empty_cells(self):
         for rows in ("1,2,3,,7\n4,5,6,8,\n", "1,2,3,,7\n,,,,\n4,5,6,8,\n,,,,\n"):
@@ -174,10 +197,26 @@ class TestTextClouds(ToolCase):
     def test_colors_that_nobody_has_set(self):
         self.assertEqual(self.check_points("1 2 3 0 0 0\n4 5 6 0 0 0\n"), {})
 
-    def test_unknown_layouts(self):
-        for text in ("1 2\n", "1 2 3 4 5\n", "1 2 3 4 5 6 7 8 9 10\n"):
-            with self.assertRaises(UserProblem, msg=text):
-                self.read(text)
+    def test_columns_without_a_meaning(self):
+        arrays = self.check_points("1 2 3 900 5\n4 5 6 800 2\n")
+        np.testing.assert_array_equal(arrays["column 4"], [900, 800])
+        np.testing.assert_array_equal(arrays["column 5"], [5, 2])
+        self.assertTrue(self.columns.unsure)
+        for count in (8, 10):
+            row = " ".join(map(str, range(1, count + 1)))
+            self.assertEqual(len(self.check_points(f"{row}\n{row}\n", [[1, 2, 3]] * 2)), count - 3)
+        with self.assertRaises(UserProblem):
+            self.read("1 2\n")
+
+    def test_numbers_of_points_are_no_places(self):
+        """With names that say nothing, and without names"""
+        places = [[x, 5, 7] for x in range(12)]
+        for head in ("", "No.,a,b,c,value\n"):
+            rows = "".join(f"{number},{x},{y},{z},0.5\n" for number, (x, y, z) in enumerate(places, 1))
+            arrays = self.check_points(head + rows, places)
+            np.testing.assert_array_equal(arrays["value" if head else "intensity"], [0.5] * 12)
+        arrays = self.check_points("".join(f"{x} {y} {z}\n" for x, y, z in places), places)
+        self.assertEqual(arrays, {})
 
 
 class TestPtx(ToolCase):

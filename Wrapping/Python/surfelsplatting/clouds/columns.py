@@ -2,35 +2,39 @@
 """What the columns of a table of points mean: by their names, or guessed by their values."""
 
 import re
+import unicodedata
 from dataclasses import dataclass
 
 import numpy as np
 
 from .degrees import HOW
-from ..problems import UserProblem
 
-# The names of a column in lower case, without units and with _ for blanks.
+# The names of a column in lower case, without units and accents, and with _ for blanks; in English, and in
+# German, French, Spanish, Italian and Portuguese.
 NAMES = {
     "x": ("x", "easting", "east", "e", "x_coordinate", "coord_x", "cartesianx", "points_0",
-          "points:0"),
+          "points:0", "rechtswert", "ostwert", "ost", "est", "este", "leste"),
     "y": ("y", "northing", "north", "n", "y_coordinate", "coord_y", "cartesiany", "points_1",
-          "points:1"),
+          "points:1", "hochwert", "nordwert", "nord", "norte"),
     "z": ("z", "elevation", "height", "altitude", "h", "z_coordinate", "coord_z", "cartesianz",
-          "points_2", "points:2"),
-    "red": ("r", "red", "rf", "diffuse_red", "colorred", "rgb_0", "rgb:0"),
-    "green": ("g", "green", "gf", "diffuse_green", "colorgreen", "rgb_1", "rgb:1"),
-    "blue": ("b", "blue", "bf", "diffuse_blue", "colorblue", "rgb_2", "rgb:2"),
+          "points_2", "points:2", "hohe", "hoehe", "hauteur", "altura", "elevacion", "cota", "quota",
+          "altezza", "elevacao"),
+    "red": ("r", "red", "rf", "diffuse_red", "colorred", "rgb_0", "rgb:0", "rot", "rouge", "rojo",
+            "rosso", "vermelho"),
+    "green": ("g", "green", "gf", "diffuse_green", "colorgreen", "rgb_1", "rgb:1", "grun", "gruen",
+              "vert", "verde"),
+    "blue": ("b", "blue", "bf", "diffuse_blue", "colorblue", "rgb_2", "rgb:2", "blau", "bleu", "azul",
+             "blu"),
     "nx": ("nx", "normal_x", "normalx", "n_x", "normals_0", "normals:0"),
     "ny": ("ny", "normal_y", "normaly", "n_y", "normals_1", "normals:1"),
     "nz": ("nz", "normal_z", "normalz", "n_z", "normals_2", "normals:2"),
     "intensity": ("intensity", "i", "scalar_intensity", "reflectance", "reflectivity", "remission",
-                  "amplitude"),
+                  "amplitude", "intensitat", "intensitaet", "intensite", "intensidad", "intensita",
+                  "intensidade"),
 }
 DEGREES = {"x": ("lon", "long", "lng", "longitude"), "y": ("lat", "latitude"), "z": ("alt", "ele")}
 XYZ, RGB, NORMALS = ("x", "y", "z"), ("red", "green", "blue"), ("nx", "ny", "nz")
-LAYOUTS = ("expected x y z, then nothing, intensity, r g b, nx ny nz, intensity with either, or "
-           "r g b and nx ny nz; or a first line with the names of the columns, such as "
-           "x,y,z,intensity,r,g,b")
+ENOUGH_TO_COUNT = 10  # points whose numbers are no places by chance
 
 
 @dataclass
@@ -49,7 +53,9 @@ class Columns:
 
 def _known(name):
     """The meaning of a name, or None."""
-    plain = re.sub(r"\(.*?\)|\[.*?\]", "", name.lower()).strip(" \t_")
+    letters = unicodedata.normalize("NFKD", name.lower())  # without the accents, which stand alone
+    plain = "".join(letter for letter in letters if not unicodedata.combining(letter))
+    plain = re.sub(r"\(.*?\)|\[.*?\]", "", plain).strip(" \t_")
     plain = re.sub(r"[\s.-]+", "_", plain)
     return next((meaning for meaning, names in NAMES.items() if plain in names), None)
 
@@ -61,7 +67,16 @@ def _known_degrees(names):
             for name in plain]
 
 
-def by_names(names):
+def _are_numbers_of_points(column):
+    return len(column) >= ENOUGH_TO_COUNT and bool((np.diff(column) == 1).all())
+
+
+def _begins_with_numbers(table):
+    """Whether there are places behind the numbers of the points."""
+    return table.shape[1] > 3 and _are_numbers_of_points(table[:, 0])
+
+
+def by_names(names, table):
     """-> Columns"""
     all_known = [_known(name) for name in names]
     degrees = _known_degrees(names)
@@ -78,9 +93,10 @@ def by_names(names):
     if set(XYZ) <= set(meanings):
         return Columns(meanings, f"by their names, {HOW}" if are_degrees else "by their names",
                        are_degrees=are_degrees)
-    first = ", ".join(names[:3])
-    return Columns([*XYZ, *(f"{m}_" if m in XYZ else m for m in meanings[3:])],
-                   f"as the first three, {first}, seem to be places", True)
+    first = int(_begins_with_numbers(table))
+    meanings = [f"{m}_" if m in XYZ else m for m in meanings]
+    meanings[first:first + 3] = XYZ
+    return Columns(meanings, f"as {', '.join(names[first:first + 3])} seem to be places", True)
 
 
 def has_places(names):
@@ -137,9 +153,10 @@ def _nine(values):
 
 
 def by_values(path, table):
-    """-> Columns of a table without names; or UserProblem."""
-    count = table.shape[1]
-    values = table[np.isfinite(table).all(axis=1)][:, 3:]
+    """-> Columns of a table without names"""
+    numbers = ["number"] if _begins_with_numbers(table) else []
+    count = table.shape[1] - len(numbers)
+    values = table[np.isfinite(table).all(axis=1)][:, 3 + len(numbers):]
     unsure = False
     if path.lower().endswith(".pts") and count == 7:
         rest = ("intensity", *RGB)
@@ -153,8 +170,8 @@ def by_values(path, table):
     else:
         rest = None
     if rest is None:
-        raise UserProblem(f"{path} has {count} columns in an unknown layout; {LAYOUTS}")
-    return Columns([*XYZ, *rest], "guessed by their values", unsure)
+        rest, unsure = [f"column {4 + len(numbers) + n}" for n in range(count - 3)], True
+    return Columns([*numbers, *XYZ, *rest], "guessed by their values", unsure)
 
 
 def _as_bytes(triple):

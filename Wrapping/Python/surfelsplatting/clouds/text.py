@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Point clouds in columns of text: .xyz, .txt, .csv, .asc and .pts."""
 
+import codecs
 import itertools
 import math
 import re
@@ -17,11 +18,13 @@ COMMENTS = ("#", "//")
 BLANK = " \t\r\n,;\""
 PTS_MARK = re.compile(r"\d+|BEGIN|END")  # a scan may begin with the number of its points, or a word
 HEAD = 1000  # lines in which the first point is looked for
-DECIMAL_COMMA = re.compile(r"\s*[+-]?\d*,\d+([eE][+-]?\d+)?\s*")
+START = 1 << 20  # bytes that tell the encoding
+DECIMAL_COMMA = re.compile(r"\s*[+-]?\d*(\d|,\d+)([eE][+-]?\d+)?\s*")
 
 
 @dataclass
 class _Layout:
+    encoding: str
     skip: int  # lines at the top
     delimiter: str  # None: blanks
     has_decimal_comma: bool
@@ -59,9 +62,10 @@ def _delimiter(row):
     """-> the mark between the columns or None for blanks, whether a comma is a decimal point."""
     if ";" in row:
         return ";", "," in row
-    tabs = row.strip().split("\t")
-    if len(tabs) > 1 and all(map(DECIMAL_COMMA.fullmatch, tabs)):
-        return "\t", True
+    for delimiter in ("\t", None):
+        cells = row.strip().split(delimiter)
+        if "," in row and len(cells) > 2 and all(map(DECIMAL_COMMA.fullmatch, cells)):
+            return delimiter, True
     return ("," if "," in row else None), False
 
 
@@ -84,8 +88,26 @@ def _columns_of_numbers(rows):
             if _is_number(next(filter(None, cells), ""))]
 
 
+def _find_encoding(path):
+    """UTF-8, or what office programs write: UTF-16 with its mark, or the letters of Western Europe"""
+    with open(path, "rb") as file:
+        start = file.read(START)
+    if start.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return "utf-16"
+    try:
+        codecs.getincrementaldecoder("utf-8")().decode(start)
+    except UnicodeDecodeError:
+        return "cp1252"
+    return "utf-8-sig"
+
+
+def _open(path, encoding):
+    return open(path, encoding=encoding, errors="replace")  # what is left is no number
+
+
 def _find_layout(path):
-    with open(path, encoding="utf-8-sig", errors="replace") as file:
+    encoding = _find_encoding(path)
+    with _open(path, encoding) as file:
         head = list(itertools.islice(file, HEAD))
     if head and _words(head[0])[0].lower() == "ncols":
         raise UserProblem(f"{path} is a grid of heights, not a table of points; convert it, for "
@@ -106,7 +128,7 @@ def _find_layout(path):
     used = _columns_of_numbers([row for row in rows if len(row) == len(words)])
     # A last delimiter ends its line and begins no column.
     is_whole = len(used) == len(words) or (names is None and words[-1] != "")
-    return _Layout(first, delimiter, has_decimal_comma, '"' in head[first], names,
+    return _Layout(encoding, first, delimiter, has_decimal_comma, '"' in head[first], names,
                    None if is_whole else used)
 
 
@@ -133,7 +155,7 @@ def _read_table(path, layout):
     at = [0]
 
     def load(**more):
-        with open(path, encoding="utf-8-sig") as file:
+        with _open(path, layout.encoding) as file:
             return np.loadtxt(_lines(file, path, layout, at), ndmin=2, comments=COMMENTS,
                               delimiter=layout.delimiter, usecols=layout.used, **more)
 
@@ -145,7 +167,7 @@ def _read_table(path, layout):
                 raise
             # Cells may be empty. This takes ten times as long.
             return load(converters=lambda cell: float(cell) if cell.strip() else math.nan)
-    except (ValueError, UnicodeDecodeError) as problem:
+    except ValueError as problem:
         reason = re.sub(r" at row \d+.*| to float64.*", "", str(problem).split(";")[0]).rstrip(".")
         raise UserProblem(f"{path} is not a table of numbers: {reason}, line {at[0]}") from problem
 
@@ -162,6 +184,7 @@ def read_text_cloud(path):
         columns = by_values(path, table)
     else:
         names = layout.names
-        columns = by_names([names[number] for number in layout.used] if layout.used else names)
+        columns = by_names([names[number] for number in layout.used] if layout.used else names,
+                           table)
     make = cloud_of_degrees if columns.are_degrees else polydata_of
     return make(*arrays_of_columns(table, columns)), columns
