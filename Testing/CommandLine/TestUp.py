@@ -17,7 +17,7 @@ from surfelsplatting.views.samples import Samples
 from surfelsplatting.views.up import find_up
 from TestMeshFaces import write_obj
 from TestOutward import joined, table
-from roomclouds import Scan, facade, room
+from roomclouds import FLOOR, WALLS, Scan, facade, room
 from toolcase import ToolCase, sphere, write_ply
 from viewclouds import TO_Y, capture_of, scene, surfels_of
 
@@ -96,6 +96,18 @@ class TestUp(unittest.TestCase):
             points += 0.003 * np.random.default_rng(1).normal(size=points.shape)
             surfels = make_surfels(polydata_of(points @ turn.T, {}), cleaning="off")
             self.check_up(surfels, axis, is_clear)
+
+    def test_wall_stands_on_the_ground_before_it(self):
+        """Seen from the front, so that nothing tells the wall from a ground but the strip of street at
+        its foot. A floor in the axes of a camera has its wall at the far end."""
+        scan = Scan(0.1)
+        scan.add((0, 0, 0), (12, 0, 6), WALLS)
+        scan.add((0, -1.5, 0), (12, 0, 0), FLOOR)
+        points = scan.cloud()[0]
+        points = points + 0.02 * np.random.default_rng(1).normal(size=points.shape)
+        for places, axis in ((points, (0, 0, 1)), (points[:, [0, 2, 1]], (0, 1, 0)),
+                             (points * (1, 1, -1), (0, -1, 0))):
+            self.check_up(make_surfels(polydata_of(places, {})), axis, False)
 
     def test_terrain_is_no_facade(self):
         """Nor is a ground with houses, one of which is turned, and a floor between walls."""

@@ -307,6 +307,17 @@ def _of_facade(samples, thin):
     return Up(Z, has_two_sides)
 
 
+def _on_foot(samples, thin, found):
+    """What was found; but if a flat place would lie upside down, and stands on level area that it has at
+    its lower end only, it is a wall and the ground before it. Where cameras look, walls are far."""
+    if found is None or found.is_clear or thin not in (1, 2) or found.axis[thin] >= 0:
+        return found
+    standing = Y if thin == 2 else Z
+    low, high = _level_ends(samples, standing)
+    is_wall = samples.two_sided.mean() > HALF and low > GROUND and high < FREE * low
+    return Up(standing, False) if is_wall else found
+
+
 def is_open(samples):
     """Whether the surface has an open side, through which its back would be seen."""
     return bool(np.linalg.norm(samples.opening) > OPEN)
@@ -370,7 +381,9 @@ def _of_surface(samples, ups):
     if surface is None:
         return None
     found = next(filter(None, (rule(surface, ups) for rule in rules)), None)
-    return found if samples.is_capture else _upright(surface, found, ups)
+    if samples.is_capture:
+        return found
+    return _on_foot(surface, _thin_axis(samples), _upright(surface, found, ups))
 
 
 def _turned_over(samples, up, ups):
