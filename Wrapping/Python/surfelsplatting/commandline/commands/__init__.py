@@ -46,10 +46,11 @@ def parse_arguments(words):
     parser.add_argument("--version", action="version", version=f"surfelsplat {__version__}")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True,
                                      parser_class=Parser)
-    for command in COMMANDS:
+    words = list(split_numbers(words))
+    named = [command for command in COMMANDS if command.__name__.split(".")[-1] in words[:1]]
+    for command in named or COMMANDS:  # the options of all take 3 ms more
         command.add_parser(commands)
     complete(parser)
-    words = list(split_numbers(words))
     if not words:
         parser.exit(2, parser.format_help())
     _check_command(words[0], parser, list(commands.choices))
