@@ -177,7 +177,8 @@ def _near_the_bulk(points, areas, finite):
         raise UserProblem("none of the surfels has finite values; nothing can be drawn")
     last = finite.sum() - 1
     ends = [math.floor(0.05 * last), math.ceil(0.95 * last)]  # so that few points are all inside
-    low, high = np.partition(np.compress(finite, points, axis=0), ends, axis=0)[ends]
+    low, high = np.stack([np.partition(values, ends)[ends]  # all axes at once take half as long again
+                          for values in np.compress(finite, points, axis=0).T], axis=1)
     outside = finite & ~_within(points, low, high)
     sizes = lengths(areas)
     dense = sizes[outside] <= SPARSE**2 * np.median(sizes[finite])
