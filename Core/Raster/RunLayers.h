@@ -67,9 +67,11 @@ struct CellPixels
 struct PixelRows
 {
   alignas(64) float Of[SumCount][TileSize][TileSize];
+  bool IsZero[SumCount]; ///< as the moments in front of a tile's first run are
 
   SURFELSPLATTING_INLINE explicit PixelRows(const PixelTile& tile)
   {
+    Lanes largest[SumCount] = { 1.0f, 1.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f };
     for (int block = 0; block < BlocksPerTile; ++block)
     {
       const FinishedLayers& done = tile.Finished[block];
@@ -79,8 +81,14 @@ struct PixelRows
       this->Set(0, block, weight);
       for (int k = 1; k < SumCount; ++k)
       {
-        this->Set(k, block, weight * Lanes::Load(moments[k - 1]));
+        const Lanes moment = Lanes::Load(moments[k - 1]);
+        largest[k] = Larger(largest[k], moment * moment);
+        this->Set(k, block, weight * moment);
       }
+    }
+    for (int k = 0; k < SumCount; ++k)
+    {
+      this->IsZero[k] = !Any(largest[k] > 0.0f);
     }
   }
 
@@ -131,34 +139,60 @@ SURFELSPLATTING_INLINE void SumRows(
   }
 }
 
+/// Sums over the columns of pixels of four rows of cells; columns that are in none of some cells
+/// are left out.
+SURFELSPLATTING_INLINE void SumColumns(const float (&rows)[BlockSize][TileSize],
+  const CellPixels& cells, const CellsOfColumns& columns, int intervals, int j,
+  float (&sums)[BlocksPerTile][PixelsPerBlock])
+{
+  for (int first = 0; first <= intervals; first += LaneCount)
+  {
+    const int end = first + LaneCount < intervals + 1 ? first + LaneCount : intervals + 1;
+    Lanes sum[BlockSize] = { 0.0f, 0.0f, 0.0f, 0.0f };
+    for (int x = cells.Begin[first]; x < cells.End[end - 1]; ++x)
+    {
+      const Lanes shares = Lanes::Load(columns.Of[x] + first);
+      for (int row = 0; row < BlockSize; ++row)
+      {
+        sum[row] += rows[row][x] * shares;
+      }
+    }
+    for (int row = 0; row < BlockSize; ++row)
+    {
+      alignas(64) float stored[LaneCount];
+      sum[row].Store(stored);
+      for (int i = first; i < end; i += BlockSize)
+      {
+        __builtin_memcpy(&sums[BlockOfPixel(i, j)][row * BlockSize], stored + (i - first),
+          BlockSize * sizeof(float));
+      }
+    }
+  }
+}
+
 /// Sums over the pixels of all cells.
 /// @param reach about their centres, cells
 SURFELSPLATTING_INLINE void SumPixels(
   const PixelRows& pixels, const RunGrid& grid, float reach, CellSums& sums)
 {
   const int n = grid.Intervals;
-  const CellPixels rows(n, reach, grid.Height);
-  const CellsOfColumns columns({ n, reach, grid.Width }, n);
+  const CellPixels cellRows(n, reach, grid.Height), cellColumns(n, reach, grid.Width);
+  const CellsOfColumns columns(cellColumns, n);
   for (int k = 0; k < SumCount; ++k)
   {
-    for (int j = 0; j <= n; ++j)
+    if (pixels.IsZero[k])
     {
-      alignas(64) float row[TileSize], cells[LaneCount];
-      SumRows(pixels.Of[k], rows, j, row);
-      for (int first = 0; first <= n; first += LaneCount)
+      __builtin_memset(sums.Of[k], 0, sizeof(sums.Of[k]));
+      continue;
+    }
+    for (int j = 0; j <= n; j += BlockSize)
+    {
+      alignas(64) float rows[BlockSize][TileSize];
+      for (int row = 0; row < BlockSize; ++row)
       {
-        Lanes sum = 0.0f;
-        for (int x = 0; x < TileSize; ++x)
-        {
-          sum += row[x] * Lanes::Load(columns.Of[x] + first);
-        }
-        sum.Store(cells);
-        for (int i = first; i <= n && i < first + LaneCount; i += BlockSize)
-        {
-          __builtin_memcpy(&sums.Of[k][BlockOfPixel(i, j)][LaneOfPixel(0, j)], cells + (i - first),
-            BlockSize * sizeof(float));
-        }
+        SumRows(pixels.Of[k], cellRows, j + row, rows[row]);
       }
+      SumColumns(rows, cellColumns, columns, n, j, sums.Of[k]);
     }
   }
 }
