@@ -60,7 +60,8 @@ SURFELSPLATTING_INLINE Real OpacityInSpace(const Real& depth, float absorbs)
   {
     return held;
   }
-  const Real absorbed = 1.0f - ExpOfMinus(Smaller(depth, Real(80.0f)));
+  constexpr float perDepth = -1.44269504f;
+  const Real absorbed = 1.0f - TimesPowerOfTwo(1.0f, perDepth * Smaller(depth, Real(80.0f)));
   return absorbs >= 1.0f ? absorbed : held + absorbs * (absorbed - held);
 }
 

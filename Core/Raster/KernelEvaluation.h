@@ -22,7 +22,8 @@ SURFELSPLATTING_INLINE Real EvaluateInSpace(float shape, const Real& q, float re
 {
   if (shape < 0.0f)
   {
-    const Real gaussian = ExpOfMinus(Smaller(0.5f * q, Real(80.0f)));
+    constexpr float perSquare = -0.72134752f; // exp(-q/2) is a power of two
+    const Real gaussian = TimesPowerOfTwo(1.0f, perSquare * q);
     if (shape <= -1.0f)
     {
       return gaussian;

@@ -60,7 +60,8 @@ SURFELSPLATTING_PAIRS(
   LanePair, Larger(const LanePair& x, const LanePair& y), Larger(x.A, y.A), Larger(x.B, y.B))
 SURFELSPLATTING_PAIRS(LanePair, SquareRoot(const LanePair& x), SquareRoot(x.A), SquareRoot(x.B))
 SURFELSPLATTING_PAIRS(LanePair, InverseRoot(const LanePair& x), InverseRoot(x.A), InverseRoot(x.B))
-SURFELSPLATTING_PAIRS(LanePair, ExpOfMinus(const LanePair& x), ExpOfMinus(x.A), ExpOfMinus(x.B))
+SURFELSPLATTING_PAIRS(LanePair, TimesPowerOfTwo(float a, const LanePair& x),
+  TimesPowerOfTwo(a, x.A), TimesPowerOfTwo(a, x.B))
 SURFELSPLATTING_PAIRS(LanePair, Select(const MaskPair& m, const LanePair& x, const LanePair& y),
   Select(m.A, x.A, y.A), Select(m.B, x.B, y.B))
 #undef SURFELSPLATTING_PAIRS
