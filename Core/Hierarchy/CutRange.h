@@ -24,6 +24,10 @@
 
 namespace SurfelSplatting
 {
+/// Where little of the light shows a run, ancestors so many levels above may be drawn instead
+/// (LazySplats.h).
+constexpr int LevelsToAncestors = 3;
+
 /// A run of consecutive nodes to draw. All have the same level and lie below one entry of the
 /// ClusterBounds.
 struct CutRange
@@ -33,6 +37,7 @@ struct CutRange
   std::uint32_t Level;
   float Merging = 0.0f;       ///< m, [0, 1]
   std::size_t Parents = 0;    ///< of the first two nodes; those of the others follow. If m > 0
+  bool HasAncestors = false;  ///< of Gaussians in space, which may be drawn instead
   bool Wide = false;          ///< all of its splats are wide enough for a coarse grid
   float Blur = 0.0f;          ///< smallest radius of the lens's blur in it, px
   float Near = -1e30f;        ///< no splat of it begins in front of this

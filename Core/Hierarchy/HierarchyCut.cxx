@@ -38,6 +38,10 @@ constexpr int MaxLevelsBelow = 4;
 /// levels in a focus pull at 12 px, 1.1: 2.7), but 1.15 loses 0.1 dB at 36 px.
 constexpr double MergingBand = 1.1;
 
+/// Ancestors of eight nodes are not drawn where they are larger than these by more than this, blur
+/// included: they would have about as many fragments.
+constexpr double LargestAncestor = 2.0;
+
 /// By how many levels the limits of an entry's children part while its own level falls by one.
 constexpr double LimitSlope = 2.0;
 
@@ -276,16 +280,12 @@ private:
       std::min<std::size_t>((at.Index + 1) << below, this->Layout.Count(level, at.Tree));
     CutRange run{ this->Layout.Begin(level, at.Tree) + first,
       static_cast<std::uint32_t>(last - first), static_cast<std::uint32_t>(level) };
-    double size = this->ExtentAt(at, level).Size;
     run.Merging = static_cast<float>(detail - level);
     if (run.Merging > 0.0f)
     {
       run.Parents = this->Layout.Begin(level + 1, at.Tree) + first / 2;
-      size = std::fmax(size, this->ExtentAt(at, level + 1).Size);
     }
-    // No variance is above that of a leaf plus that of the leaves' places.
-    const double leaf = this->Table.Get(at.Level, at.Tree, at.Index).LeafSigma;
-    this->Place(this->Scale * Length(leaf, size), ball, run);
+    this->Place(this->LargestDeviations(at, run), ball, run);
     if (this->Settings.SkipOutside && IsEmpty(run.Box))
     {
       part.Statistics.OutsideLeaves += this->LeavesOf(at);
@@ -295,19 +295,43 @@ private:
     part.Runs.push_back(run);
   }
 
+  /// Largest standard deviations of a run's nodes, and of its ancestors; 0: it has none.
+  struct Deviations
+  {
+    double Own, OfAncestors;
+  };
+
+  Deviations LargestDeviations(const Subtree& at, const CutRange& run) const
+  {
+    const int level = static_cast<int>(run.Level), parent = level + (run.Merging > 0.0f ? 1 : 0);
+    const NodeExtent &own = this->ExtentAt(at, level), &merged = this->ExtentAt(at, parent);
+    if (!this->InSpace)
+    {
+      // No variance is above that of a leaf plus that of the leaves' places.
+      const double leaf = this->Table.Get(at.Level, at.Tree, at.Index).LeafSigma;
+      return { this->Scale * Length(leaf, std::fmax(own.Size, merged.Size)), 0.0 };
+    }
+    const int above = level + LevelsToAncestors;
+    const bool has = run.Count >= 1u << LevelsToAncestors && above <= at.Level;
+    return { this->Scale * std::fmax(own.Sigma, merged.Sigma),
+      has ? this->Scale * this->ExtentAt(at, above).Sigma : 0.0 };
+  }
+
   /// Bounds a run's splats on the screen and in depth.
-  void Place(double sigma, const Ball& ball, CutRange& run) const
+  void Place(const Deviations& deviations, const Ball& ball, CutRange& run) const
   {
     const View& v = this->Camera;
+    const double sigma = std::fmax(deviations.Own, deviations.OfAncestors);
+    run.HasAncestors = deviations.OfAncestors > 0.0;
     run.Box = { 0, 0, v.Width, v.Height };
     if (!v.Parallel && !(ball.Near() > 0.0))
     {
       return; // around the lens: anywhere on the screen
     }
     // A splat's z-range is 2 s_z + 0.5 s of its kernel; thick kernels overestimate s by a quarter.
-    constexpr double depthExtent = 2.7;
-    const double near = ball.Near() - depthExtent * sigma;
-    const double far = ball.Far() + depthExtent * sigma;
+    // That of a Gaussian in space is its centre, of volumes and a deviation behind it.
+    const double near = ball.Near() - (this->InSpace ? 0.1 : 2.7) * sigma;
+    const double far = ball.Far() + (this->InSpace ? 1.1 : 2.7) * sigma;
     if (!(near <= far))
     {
       return; // wild values from a file: anywhere
@@ -329,7 +353,12 @@ private:
     }
     run.Blur = static_cast<float>(confusion[0]);
     run.Wide = CoarseCell(this->Prefilter + 0.25 * confusion[0] * confusion[0]) > 1.0;
-    const double size = sigma * this->FocalLength * stretch / nearest;
+    const double perUnit = this->FocalLength * stretch / nearest;
+    const double blur = this->Prefilter + 0.25 * confusion[0] * confusion[0];
+    const double own = perUnit * deviations.Own, above = perUnit * deviations.OfAncestors;
+    run.HasAncestors = run.HasAncestors &&
+      above * above + blur <= LargestAncestor * LargestAncestor * (own * own + blur);
+    const double size = run.HasAncestors ? std::fmax(own, above) : own;
     const double margin = this->LargestReach(size, confusion[1], run.Wide);
     const PixelInterval x = this->CoveredPixels(ball.Center[0], ball, this->AxisX, margin);
     const PixelInterval y = this->CoveredPixels(ball.Center[1], ball, this->AxisY, margin);
@@ -343,8 +372,10 @@ private:
   {
     if (this->InSpace)
     {
-      // Those on larger cells (GaussianRun.h) reach a cell farther.
-      return this->SupportRadius * (2.0 * size + std::sqrt(this->Prefilter) + 0.6 * confusion) +
+      // Those on larger cells (GaussianRun.h) reach a cell farther: at most 1 / 1.4 of the
+      // deviation of the blur.
+      const double blur = this->Prefilter + 0.26 * confusion * confusion;
+      return this->SupportRadius * std::sqrt(1.02 * size * size + blur) + 0.72 * std::sqrt(blur) +
         1.0;
     }
     // Nodes may be blurred by as much as they are wide (SetupConstants.h, MinNodeBlur).
@@ -519,12 +550,6 @@ private:
   bool ConesHold = true;
 };
 
-/// A place along a side of the picture, px, clamped to [0, size].
-int Inside(double at, int size)
-{
-  return static_cast<int>(std::fmin(std::fmax(at, 0.0), size));
-}
-
 /// Enough subtrees to keep all threads busy, in the order of the leaves.
 void MakeSubtrees(const ClusterBounds& table, std::vector<Subtree>& subtrees)
 {
@@ -567,34 +592,5 @@ CutStatistics SelectCut(const SurfelCloud& cloud, const CutCamera& camera,
     statistics.Add(part.Statistics);
   }
   return statistics;
-}
-
-void SeeFromCell(const std::vector<CutRange>& all, const View& view, const Lens& lens,
-  const Vector3& center, std::vector<CutRange>& runs)
-{
-  runs.clear();
-  for (CutRange run : all)
-  {
-    if (run.Near > 0.0f)
-    {
-      // The plane in focus stays where it is.
-      const double near = 1.0 / lens.FocalDistance - 1.0 / run.Near;
-      const double far = 1.0 / lens.FocalDistance - 1.0 / run.Far;
-      const double x[2] = { view.Fx * center[0] * near, view.Fx * center[0] * far };
-      const double y[2] = { view.Fy * center[1] * near, view.Fy * center[1] * far };
-      run.Box = { Inside(std::floor(run.Box.X0 + std::fmin(x[0], x[1])), view.Width),
-        Inside(std::floor(run.Box.Y0 + std::fmin(y[0], y[1])), view.Height),
-        Inside(std::ceil(run.Box.X1 + std::fmax(x[0], x[1])), view.Width),
-        Inside(std::ceil(run.Box.Y1 + std::fmax(y[0], y[1])), view.Height) };
-    }
-    else
-    {
-      run.Box = { 0, 0, view.Width, view.Height };
-    }
-    if (!IsEmpty(run.Box))
-    {
-      runs.push_back(run);
-    }
-  }
 }
 }

@@ -116,9 +116,10 @@ void Splatter::SelectRanges(const SurfelCloud& cloud, std::size_t index, const E
   }
   const SplatContext& cell = this->Cell;
   const TruncatedGaussian gaussian(cell.Settings.Cutoff);
-  const double supportRadius =
-    std::fmax(cloud.IsInSpace() ? std::sqrt(LargestVolumeReach) : MaxKernelReach,
-      std::sqrt(gaussian.Support() / gaussian.Tau));
+  const double supportRadius = cloud.Kind == CloudKind::Capture ? std::sqrt(LargestGaussianReach)
+    : cloud.Kind == CloudKind::Volume
+    ? std::sqrt(LargestVolumeReach)
+    : std::fmax(MaxKernelReach, std::sqrt(gaussian.Support() / gaussian.Tau));
   const double prefilter = cloud.IsInSpace() ? SpacePrefilter : cell.Settings.Prefilter;
   const double lensVariance = DefocusVariance(cell.Settings.Kernel, 1.0, gaussian);
   if (cell.Cut.Cells <= 1)

@@ -13,15 +13,14 @@ namespace SurfelSplatting
 {
 namespace
 {
-/// Coarser runs are so many levels above.
-constexpr std::uint32_t LevelsAbove = 3;
 /// LazySplats::LittleLight at an error of 1 of the level of detail.
 /// - Captures: a wall of random colours behind a curtain is off by 0.8 levels of 255 in the mean at
 ///   most. A sphere of a million Gaussians has 66 dB or more against all nodes of the cut and takes
 ///   0.8 of the time of 0.04 for the largest T; 0.1 would take 0.7.
-/// - In the blur: against 128 pinholes of the same Gaussians, captures lose 0.05 dB or less. What
-///   counts for sharp captures, too, would save 2 % and lose up to 0.1 dB.
-constexpr double OfVolumes = 0.04, OfCaptures = 0.05, InBlur = 0.2;
+/// - In the blur: against 128 pinholes of the same Gaussians, captures lose 0.05 dB or less; 0.2
+///   would save nothing more. What counts for sharp captures, too, would save 2 % and lose up to
+///   0.1 dB.
+constexpr double OfVolumes = 0.04, OfCaptures = 0.05, InBlur = 0.15;
 
 /// Coarser runs end at this level of a cloud; 0: there are none.
 std::uint32_t LevelsWithCoarser(const SurfelCloud& cloud, const CutSettings& cut)
@@ -31,7 +30,7 @@ std::uint32_t LevelsWithCoarser(const SurfelCloud& cloud, const CutSettings& cut
     return 0;
   }
   const int levels = cloud.Clusters->Layout().NumberOfLevels();
-  return static_cast<std::uint32_t>(std::max(0, levels - static_cast<int>(LevelsAbove)));
+  return static_cast<std::uint32_t>(std::max(0, levels - LevelsToAncestors));
 }
 }
 
@@ -66,8 +65,7 @@ void LazySplats::Add(const SurfelCloud& cloud, const CutRanges& runs)
   for (const CutRange* run = runs.Begin; run != runs.End; ++run)
   {
     // Ancestors of fewer nodes would be those of other runs as well.
-    const bool hasCoarser =
-      this->Little.InBlur > 0.0f && run->Level < levels && run->Count >= 1u << LevelsAbove;
+    const bool hasCoarser = this->Little.InBlur > 0.0f && run->Level < levels && run->HasAncestors;
     this->Runs.push_back({ &maker, *run, hasCoarser, cloud.Kind == CloudKind::Volume });
   }
 }
@@ -81,10 +79,10 @@ CutRange LazySplats::Range(const Wanted& wanted) const
   {
     const HierarchyLayout& layout = run.Maker->Cloud().Clusters->Layout();
     const HierarchyLayout::Range nodes =
-      layout.Above(static_cast<int>(range.Level), { range.Begin, range.Count }, LevelsAbove);
+      layout.Above(static_cast<int>(range.Level), { range.Begin, range.Count }, LevelsToAncestors);
     range.Begin = nodes.Begin;
     range.Count = static_cast<std::uint32_t>(nodes.Count);
-    range.Level += LevelsAbove;
+    range.Level += LevelsToAncestors;
     range.Merging = 0.0f;
   }
   return range;

@@ -3,6 +3,10 @@
  * Gaussians in space with surfels: the same picture at any number of threads, by several ranks and
  * as layers; cells of the lens; input that nobody should send.
  */
+#include "Core/Hierarchy/HierarchyCut.h"
+#include "Core/Lens/GaussianFootprint.h"
+#include "Core/Splats/SplatList.h"
+#include "Core/Splats/SplatMaker.h"
 #include "TestScene.h"
 #include "Testing/Shared/Check.h"
 #include "ThreadRanks.h"
@@ -487,5 +491,77 @@ TEST_CASE("Pixels that are not square")
   // Their lens is as wide in both directions. A ramp that is sharper than without blur is off by
   // 0.5.
   CHECK(worst < 0.3);
+}
+
+/// Whether a box contains those of all splats of a run, and none begins in front of the run.
+bool ContainsSplats(const CutRange& run, const CutRange& drawn, const SplatMaker& maker,
+  bool footprints, std::size_t& count)
+{
+  SplatList list;
+  list.Clear(footprints);
+  list.Resize(drawn.Count);
+  SplatOutput output = list.OutputAt(0);
+  maker.Make(drawn, output);
+  count += output.Count;
+  for (std::size_t i = 0; i < output.Count; ++i)
+  {
+    const PixelBox& box = list.Boxes[i];
+    if (box.X0 < run.Box.X0 || box.Y0 < run.Box.Y0 || box.X1 > run.Box.X1 || box.Y1 > run.Box.Y1 ||
+      list.Nears[i] < run.Near)
+    {
+      return false;
+    }
+  }
+  return true;
+}
+
+/// No tile misses a splat: runs have boxes that contain their splats, and their ancestors', from
+/// anywhere and through any lens.
+TEST_CASE("Boxes of runs")
+{
+  Random random(11);
+  for (const CloudKind kind : { CloudKind::Capture, CloudKind::Volume })
+  {
+    const TestHierarchy hierarchy(MakeGaussians(kind, 20000, 12));
+    const SurfelCloud cloud = hierarchy.Get();
+    const double reach = kind == CloudKind::Capture ? LargestGaussianReach : LargestVolumeReach;
+    std::size_t own = 0, ofAncestors = 0, within = 0;
+    for (int i = 0; i < 100; ++i)
+    {
+      SplatContext context;
+      const Vector3 d = random.Direction(), to{ 0.0, 0.0, 2.3 };
+      const double distance = i % 4 == 0 ? 1.0 : random.Uniform(2.0, 20.0);
+      const Vector3 from = to + Vector3{ distance * d[0], distance * d[1], distance * d[2] };
+      context.Camera = LookAt(from, to, random.Direction(), random.Uniform(20.0, 90.0), 256, 256);
+      context.Optics.FocalDistance = distance * random.Uniform(0.5, 2.0);
+      context.Optics.Radius = i % 3 == 0 ? 0.0 : distance * random.Uniform(0.001, 0.1);
+      const CutCamera camera{ context.Camera, context.Optics, std::sqrt(reach), SpacePrefilter };
+      SplatMaker maker;
+      maker.Set(context, cloud);
+      CutWork work;
+      std::vector<CutRange> runs;
+      SelectCut(cloud, camera, context.Cut, SerialExecutor(), work, runs);
+      for (const CutRange& run : runs)
+      {
+        CHECK(ContainsSplats(run, run, maker, context.HasLens(), own));
+        within += run.Box.X1 - run.Box.X0 < 256 ? 1 : 0;
+        if (run.HasAncestors)
+        {
+          const HierarchyLayout::Range above = cloud.Clusters->Layout().Above(
+            static_cast<int>(run.Level), { run.Begin, run.Count }, LevelsToAncestors);
+          CutRange ancestors = run;
+          ancestors.Begin = above.Begin;
+          ancestors.Count = static_cast<std::uint32_t>(above.Count);
+          ancestors.Level += LevelsToAncestors;
+          ancestors.Merging = 0.0f;
+          CHECK(ContainsSplats(run, ancestors, maker, context.HasLens(), ofAncestors));
+        }
+      }
+    }
+    CHECK(own > 100000);
+    CHECK(ofAncestors > 1000);
+    CHECK(within > 5000); // not all of the picture
+    std::printf("boxes: %zu splats, %zu ancestors, %zu runs\n", own, ofAncestors, within);
+  }
 }
 }
