@@ -27,6 +27,9 @@ constexpr std::size_t StepsPerJump = 10000;
 /// Points are looked at in parts, so that a few of them are in memory at a time.
 constexpr vtkIdType PointsInPart = 1 << 16;
 
+/// One of so many parts is looked at first, and the others only if jumps are there.
+constexpr vtkIdType PartsPerProbe = 8;
+
 using Positions = std::vector<Eigen::Vector3d>;
 
 /// The finite points of a part and their ids.
@@ -136,6 +139,12 @@ std::vector<ScanWindow> WindowsOf(const Part& part, std::size_t most)
   return windows;
 }
 
+bool HasJumps(const std::vector<ScanWindow>& windows)
+{
+  return std::any_of(
+    windows.begin(), windows.end(), [](const ScanWindow& window) { return window.Jumps; });
+}
+
 Eigen::Vector3d FirstFinite(vtkPoints* points)
 {
   Eigen::Vector3d p(0.0, 0.0, 0.0);
@@ -200,14 +209,26 @@ std::vector<ScanWindow> FindWindows(vtkPoints* points, Eigen::Vector3d& origin, 
   const auto inPart =
     static_cast<std::size_t>(std::max<vtkIdType>(16, most / std::max<vtkIdType>(parts, 1)));
   std::vector<std::vector<ScanWindow>> found(parts);
-  vtkSMPTools::For(0, parts, 1, [&](vtkIdType begin, vtkIdType end) {
-    for (vtkIdType part = begin; part < end; ++part)
+  const auto look = [&](vtkIdType part) {
+    const vtkIdType begin = part * PointsInPart, end = std::min(count, begin + PointsInPart);
+    found[part] = WindowsOf(ReadPart(points, origin, begin, end), inPart);
+  };
+  for (const bool isFirst : { true, false })
+  {
+    vtkSMPTools::For(0, parts, 1, [&](vtkIdType part, vtkIdType end) {
+      for (; part < end; ++part)
+      {
+        if ((part % PartsPerProbe == 0) == isFirst)
+        {
+          look(part);
+        }
+      }
+    });
+    if (std::none_of(found.begin(), found.end(), HasJumps))
     {
-      found[part] = WindowsOf(
-        ReadPart(points, origin, part * PointsInPart, std::min(count, (part + 1) * PointsInPart)),
-        inPart);
+      return {};
     }
-  });
+  }
   std::vector<ScanWindow> windows;
   for (const std::vector<ScanWindow>& part : found)
   {

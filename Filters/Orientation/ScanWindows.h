@@ -49,8 +49,8 @@ struct SeenSteps
 SeenSteps SeenFrom(const Eigen::Vector3d& place, const ScanWindow& window);
 
 /// Windows about jumps, and as many about other steps if there are so many, in the order of the
-/// points. Points that are not finite are left out beforehand: scanners leave them where nothing
-/// came back.
+/// points; none if the points do not jump. Points that are not finite are left out beforehand:
+/// scanners leave them where nothing came back.
 /// @param origin what all points are relative to: the first finite point
 /// @param most   number of windows of each kind, at most about so many
 std::vector<ScanWindow> FindWindows(vtkPoints* points, Eigen::Vector3d& origin, int most);
