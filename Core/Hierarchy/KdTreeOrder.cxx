@@ -26,26 +26,10 @@ constexpr std::size_t Many = 64 * Grain;
 constexpr std::size_t MaxFold = 256;
 constexpr double FoldCoherence = 0.95;
 
-/// Larger ranges of captures are halved by their sizes, the largest deviations of the Gaussians,
-/// where SizeWeight times these vary more than the places do. Nodes of 64 leaves are drawn together
-/// (ClusterBounds.h): one large leaf would bring the others to all the tiles that it touches. In a
-/// tile's list a Gaussian is about 6 deviations wide, a range of places 3.5. (8 was faster than 5,
-/// 12 than 8 no longer.)
-constexpr std::size_t MinSized = 64;
-constexpr double SizeWeight = 8.0;
-
-/// By what ranges may be halved, if not by their places.
-enum class Besides
-{
-  Normals,
-  TwoSidedNormals,
-  Sizes
-};
-
 struct Leaf
 {
   float Position[3];
-  float Normal[3];   ///< area vector; of captures SizeWeight times the size, 0, 0
+  float Normal[3];   ///< area vector
   std::uint64_t Key; ///< KeyAt
 
   std::uint32_t Surfel() const { return IndexOfKey(this->Key); }
@@ -266,46 +250,27 @@ void DivideTogether(
   });
 }
 
-/// The field in which leaves are farthest apart, and along which direction.
-struct Widest
+/// Splits a range of leaves in two; returns the size of the first half.
+/// @param keys scratch memory
+std::size_t Split(Leaf* leaves, std::size_t count, bool twoSided, const Executor& executor,
+  Buffer<std::uint64_t>& keys)
 {
-  Field Of;
-  Vector3 Direction;
-};
-
-Widest FindWidest(Leaf* leaves, std::size_t count, Besides besides, const Executor& executor)
-{
-  if (besides != Besides::Sizes && count <= MaxFold && count > 2)
+  bool byNormal = false;
+  if (count <= MaxFold && count > 2)
   {
-    if (besides == Besides::TwoSidedNormals)
+    if (twoSided)
     {
       AlignNormals(leaves, count);
     }
-    if (IsFolded(leaves, count))
-    {
-      return { &Leaf::Normal, PrincipalDirection(Scatter(leaves, count, &Leaf::Normal, executor)) };
-    }
+    byNormal = IsFolded(leaves, count);
   }
-  const Symmetric3 places = Scatter(leaves, count, &Leaf::Position, executor);
-  if (besides == Besides::Sizes && count > MinSized &&
-    Scatter(leaves, count, &Leaf::Normal, executor).XX > places.LargestEigenvalue())
-  {
-    return { &Leaf::Normal, { 1.0, 0.0, 0.0 } };
-  }
-  return { &Leaf::Position, PrincipalDirection(places) };
-}
-
-/// Splits a range of leaves in two; returns the size of the first half.
-/// @param keys scratch memory
-std::size_t Split(Leaf* leaves, std::size_t count, Besides besides, const Executor& executor,
-  Buffer<std::uint64_t>& keys)
-{
-  const Widest widest = FindWidest(leaves, count, besides, executor);
+  const auto field = byNormal ? &Leaf::Normal : &Leaf::Position;
+  const Vector3 direction = PrincipalDirection(Scatter(leaves, count, field, executor));
   keys.Resize(std::max(keys.Size(), count));
   executor.For(count, Grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
     {
-      const double place = Dot(ToVector(leaves[i].*widest.Of), widest.Direction);
+      const double place = Dot(ToVector(leaves[i].*field), direction);
       keys[i] = leaves[i].Key = KeyAt(place, leaves[i].Surfel());
     }
   });
@@ -342,7 +307,7 @@ void SplitPair(Leaf* leaves)
   }
 }
 
-void SplitAll(Leaf* leaves, std::size_t count, Besides besides, Buffer<std::uint64_t>& keys)
+void SplitAll(Leaf* leaves, std::size_t count, bool twoSided, Buffer<std::uint64_t>& keys)
 {
   while (count > 1)
   {
@@ -351,8 +316,8 @@ void SplitAll(Leaf* leaves, std::size_t count, Besides besides, Buffer<std::uint
       SplitPair(leaves);
       return;
     }
-    const std::size_t left = Split(leaves, count, besides, SerialExecutor(), keys);
-    SplitAll(leaves, left, besides, keys);
+    const std::size_t left = Split(leaves, count, twoSided, SerialExecutor(), keys);
+    SplitAll(leaves, left, twoSided, keys);
     leaves += left;
     count -= left;
   }
@@ -361,7 +326,7 @@ void SplitAll(Leaf* leaves, std::size_t count, Besides besides, Buffer<std::uint
 struct Range
 {
   std::size_t Begin, Count;
-  Besides By;
+  bool TwoSided;
 };
 
 /// Halves the ranges until there are enough for all threads.
@@ -374,7 +339,8 @@ void SplitInParallel(Leaf* leaves, std::vector<Range> ranges, const Executor& ex
     std::vector<std::size_t> left(ranges.size(), 0);
     const auto halve = [&](std::size_t i, const Executor& threads, Buffer<std::uint64_t>& keys) {
       const Range& r = ranges[i];
-      left[i] = r.Count > Grain ? Split(leaves + r.Begin, r.Count, r.By, threads, keys) : r.Count;
+      left[i] =
+        r.Count > Grain ? Split(leaves + r.Begin, r.Count, r.TwoSided, threads, keys) : r.Count;
     };
     {
       Buffer<std::uint64_t> keys;
@@ -401,10 +367,10 @@ void SplitInParallel(Leaf* leaves, std::vector<Range> ranges, const Executor& ex
     for (std::size_t i = 0; i < ranges.size(); ++i)
     {
       const Range& r = ranges[i];
-      next.push_back({ r.Begin, left[i], r.By });
+      next.push_back({ r.Begin, left[i], r.TwoSided });
       if (left[i] < r.Count)
       {
-        next.push_back({ r.Begin + left[i], r.Count - left[i], r.By });
+        next.push_back({ r.Begin + left[i], r.Count - left[i], r.TwoSided });
         halved = true;
       }
     }
@@ -414,7 +380,7 @@ void SplitInParallel(Leaf* leaves, std::vector<Range> ranges, const Executor& ex
     Buffer<std::uint64_t> keys;
     for (std::size_t i = begin; i < end; ++i)
     {
-      SplitAll(leaves + ranges[i].Begin, ranges[i].Count, ranges[i].By, keys);
+      SplitAll(leaves + ranges[i].Begin, ranges[i].Count, ranges[i].TwoSided, keys);
     }
   });
 }
@@ -477,13 +443,6 @@ Vector3 FirstPosition(const SurfelCloud& cloud, const std::vector<SortedPiece>& 
   return { 0, 0, 0 };
 }
 
-/// Leaf::Normal of a Gaussian of a capture.
-Vector3 WeightedSize(const SurfelCloud& cloud, std::size_t i)
-{
-  const double variance = std::fmax(0.0, cloud.Covariance(i).LargestEigenvalue());
-  return { SizeWeight * std::sqrt(variance), 0.0, 0.0 };
-}
-
 /// Relative to a surfel, so that float positions keep their digits.
 void FillLeaves(const SurfelCloud& cloud, const std::vector<SortedPiece>& pieces,
   const Executor& executor, Leaf* leaves)
@@ -498,9 +457,7 @@ void FillLeaves(const SurfelCloud& cloud, const std::vector<SortedPiece>& pieces
         for (const std::uint32_t surfel : pieces[piece].Sides[tree])
         {
           Store(cloud.Position(surfel) - origin, leaf->Position);
-          Store(cloud.Kind == CloudKind::Capture ? WeightedSize(cloud, surfel)
-                                                 : cloud.AreaVector(surfel),
-            leaf->Normal);
+          Store(cloud.AreaVector(surfel), leaf->Normal);
           leaf->Key = surfel;
           ++leaf;
         }
@@ -529,11 +486,8 @@ KdTreeOrder MakeKdTreeOrder(const SurfelCloud& cloud, const Executor& executor)
   const std::unique_ptr<Leaf[]> leaves(new Leaf[count]); // the threads that fill it touch it first
   FillLeaves(cloud, pieces, executor, leaves.get());
   pieces.clear();
-  const bool sizes = cloud.Kind == CloudKind::Capture;
-  SplitInParallel(leaves.get(),
-    { { 0, oneSided, sizes ? Besides::Sizes : Besides::Normals },
-      { oneSided, count - oneSided, sizes ? Besides::Sizes : Besides::TwoSidedNormals } },
-    executor);
+  SplitInParallel(
+    leaves.get(), { { 0, oneSided, false }, { oneSided, count - oneSided, true } }, executor);
   order.Surfels.resize(count);
   executor.For(count, Grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)

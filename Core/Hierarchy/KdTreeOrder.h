@@ -25,9 +25,8 @@ struct KdTreeOrder
 /**
  * Sorts the surfels into a kd-tree whose ranges of 2^l leaves are its nodes. A range is halved
  * across the direction of its largest extent. Small folded ranges (two sheets, an edge) are halved
- * by their normals, so that a node's area vector tells how much it covers. Ranges of captures whose
- * Gaussians differ more in size than in place are halved by size, so that large ones are in nodes
- * of their own. Ties are broken by index: the order is the same at any number of threads.
+ * by their normals, so that a node's area vector tells how much it covers. Ties are broken by
+ * index: the order is the same at any number of threads.
  */
 KdTreeOrder MakeKdTreeOrder(const SurfelCloud& cloud, const Executor& executor);
 }

@@ -117,53 +117,6 @@ TEST_CASE("Many on a line")
   CHECK(std::count(seen.begin(), seen.end(), char{ 1 }) == static_cast<std::ptrdiff_t>(count));
 }
 
-/// A few large Gaussians of a capture among many small ones are in nodes of 64 of their own, and
-/// the small ones are sorted by their places.
-TEST_CASE("Sizes of captures")
-{
-  constexpr std::size_t count = 1 << 14, every = 32;
-  Random random(9);
-  std::vector<float> positions(3 * count), covariances(6 * count, 0.0f), opacities(count, 0.5f);
-  for (std::size_t i = 0; i < count; ++i)
-  {
-    const double sigma = (i % every == 0 ? 0.5 : 0.002) * random.Uniform(0.8, 1.2);
-    for (std::size_t c = 0; c < 3; ++c)
-    {
-      positions[3 * i + c] = static_cast<float>(random.Uniform(-1.0, 1.0));
-      covariances[6 * i + c] = static_cast<float>(sigma * sigma);
-    }
-  }
-  SurfelCloud cloud;
-  cloud.Kind = CloudKind::Capture;
-  cloud.NumberOfSurfels = count;
-  cloud.PositionsFloat = positions.data();
-  cloud.Covariances = covariances.data();
-  cloud.Densities = opacities.data();
-  const KdTreeOrder order = MakeKdTreeOrder(cloud, SerialExecutor());
-  CHECK(MakeKdTreeOrder(cloud, ThreadExecutor(3)).Surfels == order.Surfels);
-  int withLarge = 0, nearOnes = 0;
-  for (std::size_t first = 0; first < count; first += 64)
-  {
-    std::size_t large = 0;
-    float least[3] = { 1.0f, 1.0f, 1.0f }, most[3] = { -1.0f, -1.0f, -1.0f };
-    for (std::size_t i = first; i < first + 64; ++i)
-    {
-      const std::size_t surfel = order.Surfels[i];
-      large += surfel % every == 0 ? 1 : 0;
-      for (std::size_t c = 0; c < 3; ++c)
-      {
-        least[c] = std::min(least[c], positions[3 * surfel + c]);
-        most[c] = std::max(most[c], positions[3 * surfel + c]);
-      }
-    }
-    withLarge += large > 0 ? 1 : 0;
-    const float width = std::max({ most[0] - least[0], most[1] - least[1], most[2] - least[2] });
-    nearOnes += large == 0 && width < 1.2f ? 1 : 0;
-  }
-  CHECK(withLarge <= 16); // 8 are full of them; by places alone 227 of 256 have some
-  CHECK(nearOnes >= 230); // by places alone 29
-}
-
 /// A bumpy ball, one-sided, and a two-sided sheet whose normals point either way.
 TestCloud BallAndSheet(int count, Random& random)
 {
