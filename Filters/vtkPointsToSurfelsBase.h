@@ -59,8 +59,8 @@ public:
    * surfels face the viewpoint if GetEstimation() has the orientation CONSISTENT without
    * UseViewpoint. Not for points that were moved, cut or merged. Where the field arrays tell no
    * viewpoint, surfels face the scanners to which the point array ToScanner leads, if there is one,
-   * or those that FindScannersByOrder() finds, unless several processes have the pieces of the cloud.
-   * Default on.
+   * or those that FindScannersByOrder() finds, unless several processes have the pieces of the
+   * cloud. Default on.
    */
   vtkSetMacro(UseSensor, vtkTypeBool);
   vtkGetMacro(UseSensor, vtkTypeBool);
@@ -79,7 +79,8 @@ public:
   /**
    * Finds from where the points were scanned, if they are in the order in which one scanner after
    * another has measured them: the steps of a scanner are nearly the same angle, also where one
-   * surface ends and another begins behind it. Thinned and sorted clouds do not tell.
+   * surface ends and another begins behind it. Clouds that were shuffled, sorted or thinned at
+   * random do not tell.
    * @param points double or float; those that are not finite are passed over
    * @param toScanner becomes the point array "ToScanner": vectors from the points to their
    * scanners, three components, world units, 0 where none is known

@@ -33,13 +33,13 @@ constexpr std::size_t FewJumps = 64, ManyJumps = 512;
 constexpr std::size_t PlacesToRefine = 6;
 
 /// Steps are alike if they are off by less than such a part of a step: while a place is sought, and
-/// when it is found. (With 0.3, two depth cameras, whose pixels are steps in the plane of the
-/// image, keep 70 and 80 % of the jumps that agree with 2.)
+/// when it is found.
 constexpr double LooseSteps = 2.0, TightSteps = 0.3;
 
 /// A place is one if so many jumps agree with it, a part of those that nearly do: beside edges
-/// points are missing. (Of places where no scanner was, up to a tenth of them agree.) The lines of
-/// these must meet in a point: the least eigenvalue of the mean of I - d d^T, of directions d.
+/// points are missing. (Shuffled and halved scans, grids of heights and lattices have no such
+/// place.) The lines of these must meet in a point: the least eigenvalue of the mean of I - d d^T,
+/// of directions d.
 constexpr int LeastJumps = 16;
 constexpr double LeastAgreeing = 0.3;
 constexpr double LeastSpread = 0.005;
@@ -202,8 +202,8 @@ Vector3d Refine(Vector3d place, const Windows& jumps)
   return place;
 }
 
-/// Whether what agrees with a place is enough.
-bool IsScanner(const Vector3d& place, const Windows& jumps, double size)
+/// Number of jumps that agree with a place; 0 if they are too few for a scanner.
+int CountIfScanner(const Vector3d& place, const Windows& jumps, double size)
 {
   Meeting meeting;
   int tight = 0, loose = 0;
@@ -219,8 +219,9 @@ bool IsScanner(const Vector3d& place, const Windows& jumps, double size)
       nearest = std::min(nearest, (window->Before() - place).norm());
     }
   }
-  return tight >= LeastJumps && tight > LeastAgreeing * loose && meeting.Spread() > LeastSpread &&
-    nearest < FarthestPlace * size;
+  const bool isScanner = tight >= LeastJumps && tight > LeastAgreeing * loose &&
+    meeting.Spread() > LeastSpread && nearest < FarthestPlace * size;
+  return isScanner ? tight : 0;
 }
 
 /// The best candidates, none beside another.
@@ -258,8 +259,7 @@ bool TryPairs(const Windows& jumps, double size, int time, Vector3d& place)
     for (vtkIdType i = begin; i < end; ++i)
     {
       best[i].Place = Refine(best[i].Place, jumps);
-      best[i].Agreeing =
-        IsScanner(best[i].Place, jumps, size) ? CountAgreeing(best[i].Place, jumps, TightSteps) : 0;
+      best[i].Agreeing = CountIfScanner(best[i].Place, jumps, size);
     }
   });
   const auto most = std::max_element(best.begin(), best.end(),
