@@ -1,0 +1,196 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Frames of this build against those of another one: the same surfels and cameras, by turns.
+
+    versions.py OUT --against FOLDER [--truth FOLDER] [--scan CLOUD] [--rounds N] [--size PX]
+
+writes OUT.md: per view the medians and their ratio, last the geometric mean of the ratios. FOLDER of
+--against: lib/python3/dist-packages of the other build. --truth: ray-traced scenes, as in
+accuracy.py. Both builds share the machine, so that only their ratio is meaningful. Two threads.
+"""
+
+import argparse
+import json
+import math
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+
+FRAMES = 5  # of a turn; the first one brings the caches back and is not counted
+
+
+def cameras_of(scene, camera, blurs, lit):
+    """The views of a scene, as the workers read them."""
+    return [{"scene": scene, "blur": blur, "lit": lit, "position": camera.GetPosition(),
+             "focalPoint": camera.GetFocalPoint(), "viewUp": camera.GetViewUp(),
+             "viewAngle": camera.GetViewAngle(), "focalDistance": camera.GetFocalDistance()}
+            for blur in blurs]
+
+
+def scenes(arguments):
+    """-> surfels and views, scene by scene"""
+    from clouds import (TRUTH_SCENES, framed_camera, read, sphere_surfels, surfels_of, truth_views,
+                        view_camera)
+    from meshes import MeshScene
+
+    for name in TRUTH_SCENES if arguments.truth else ():
+        camera = view_camera(truth_views(arguments.truth, name)[12][0])
+        yield (surfels_of(read(f"{arguments.truth}/{name}.ply")),
+               cameras_of(name, camera, (12, 36), lit=False))
+    mesh = MeshScene(points=arguments.points)
+    yield surfels_of(mesh.cloud()), cameras_of("mesh", mesh.camera(), (12, 36), lit=False)
+    if arguments.scan:
+        surfels = surfels_of(read(arguments.scan))
+        yield surfels, cameras_of("scan", framed_camera(surfels), (45, 91), lit=True)
+    sphere = sphere_surfels(arguments.points)
+    yield sphere, cameras_of("sphere", framed_camera(sphere), (0, 32), lit=False)
+
+
+def prepare(arguments, folder):
+    """Writes the surfels for the workers. -> views"""
+    from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
+
+    views = []
+    for surfels, of_scene in scenes(arguments):
+        writer = vtkXMLPolyDataWriter()
+        writer.SetFileName(f"{folder}/{of_scene[0]['scene']}.vtp")
+        writer.SetInputData(surfels)
+        if not writer.Write():
+            raise OSError(f"cannot write {writer.GetFileName()}")
+        views += of_scene
+    return views
+
+
+class Painter:
+    """Draws in a worker. It uses nothing but VTK and what every version of the package has."""
+
+    def __init__(self, path, view, size):
+        from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
+        from vtkmodules.vtkRenderingCore import vtkActor, vtkCamera
+        from surfelsplatting.vtkSurfelFilters import vtkSurfelHierarchy
+        from surfelsplatting.vtkSurfelRendering import vtkSurfelImageRenderer, vtkSurfelMapper
+
+        reader, hierarchy, mapper = vtkXMLPolyDataReader(), vtkSurfelHierarchy(), vtkSurfelMapper()
+        reader.SetFileName(path)
+        hierarchy.SetInputConnection(reader.GetOutputPort())
+        hierarchy.Update()
+        surfels = hierarchy.GetOutput()
+        mapper.SetInputData(surfels)
+        mapper.SetScalarVisibility(surfels.GetPointData().GetScalars() is not None)
+        actor, camera = vtkActor(), vtkCamera()
+        actor.SetMapper(mapper)
+        actor.GetProperty().SetLighting(view["lit"])
+        camera.SetPosition(view["position"])
+        camera.SetFocalPoint(view["focalPoint"])
+        camera.SetViewUp(view["viewUp"])
+        camera.SetViewAngle(view["viewAngle"])
+        camera.SetFocalDistance(view["focalDistance"])
+        self.renderer = vtkSurfelImageRenderer()
+        self.renderer.AddActor(actor)
+        self.renderer.SetCamera(camera)
+        self.renderer.SetSize(size, size)
+        splatter = self.renderer.GetSplatter()
+        if hasattr(splatter, "FrameReuseOff"):  # versions before it have nothing to reuse
+            splatter.FrameReuseOff()
+
+    def milliseconds(self, blur):
+        """Of a frame"""
+        splatter = self.renderer.GetSplatter()
+        if blur:
+            splatter.SetLensModeToCircleOfConfusion()
+            splatter.SetCircleOfConfusion(blur)
+        else:
+            splatter.SetLensModeToPinhole()
+        self.renderer.Modified()
+        began = time.perf_counter()
+        self.renderer.Update()
+        return 1e3 * (time.perf_counter() - began)
+
+
+def work():
+    """A worker: a line with a view asks for the times of FRAMES frames."""
+    painters = {}
+    for line in sys.stdin:
+        view = json.loads(line)
+        if view["scene"] not in painters:
+            painters.clear()  # the scenes come one after another
+            painters[view["scene"]] = Painter(view["path"], view, view["size"])
+        painter = painters[view["scene"]]
+        print(json.dumps([painter.milliseconds(view["blur"]) for _ in range(FRAMES)]), flush=True)
+
+
+class Worker:
+    """A process that draws with one of the builds."""
+
+    def __init__(self, packages):
+        environment = dict(os.environ, VTK_SMP_MAX_THREADS="2")
+        if packages:
+            environment["PYTHONPATH"] = packages
+        self.process = subprocess.Popen([sys.executable, "-s", os.path.abspath(__file__), "",
+                                         "--work"], env=environment, text=True,
+                                        stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+
+    def times(self, view):
+        self.process.stdin.write(json.dumps(view) + "\n")
+        self.process.stdin.flush()
+        answer = self.process.stdout.readline()
+        if not answer:
+            raise RuntimeError(f"a worker failed on {view['scene']}; its error is above")
+        return json.loads(answer)
+
+    def close(self):
+        self.process.stdin.close()
+        self.process.wait()
+
+
+def compare(workers, view, rounds):
+    """-> median milliseconds of a frame, by worker"""
+    found = [[] for _ in workers]
+    for turn in range(rounds + 1):
+        for times, worker in zip(found, workers):
+            frames = worker.times(view)[1:]
+            times += frames if turn else []
+    return [statistics.median(times) for times in found]
+
+
+def table(views, medians):
+    lines = ["| view, blur at infinity, px | before, ms | now, ms | ratio |", "|---|---|---|---|"]
+    ratios = [now / before for before, now in medians]
+    for view, (before, now), ratio in zip(views, medians, ratios):
+        lines.append(f"| {view['scene']}, {view['blur']} | {before:.1f} | {now:.1f} | {ratio:.3f} |")
+    mean = math.exp(statistics.mean(map(math.log, ratios)))
+    return "\n".join([*lines, f"| geometric mean | | | {mean:.3f} |"]) + "\n"
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n\n", maxsplit=1)[0])
+    parser.add_argument("out")
+    parser.add_argument("--against", metavar="FOLDER", help="dist-packages of another build")
+    parser.add_argument("--truth", metavar="FOLDER", help="ray-traced scenes")
+    parser.add_argument("--scan", metavar="CLOUD")
+    parser.add_argument("--points", type=int, default=400_000, help="of mesh scene and sphere")
+    parser.add_argument("--size", type=int, default=512)
+    parser.add_argument("--rounds", type=int, default=9)
+    parser.add_argument("--work", action="store_true", help=argparse.SUPPRESS)
+    arguments = parser.parse_args()
+    if arguments.work:
+        work()
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        views = prepare(arguments, folder)
+        workers = [Worker(arguments.against), Worker(None)]
+        medians = [compare(workers, {**view, "path": f"{folder}/{view['scene']}.vtp",
+                                     "size": arguments.size}, arguments.rounds) for view in views]
+        for worker in workers:
+            worker.close()
+    text = table(views, medians)
+    with open(arguments.out + ".md", "w", encoding="utf-8") as file:
+        file.write(text)
+    print(text)
+
+
+if __name__ == "__main__":
+    main()
