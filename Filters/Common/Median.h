@@ -5,18 +5,17 @@
 #pragma once
 
 #include <algorithm>
-#include <vector>
 
 namespace SurfelGeometry
 {
-/// Of an even number of values, the larger of the two in the middle; of none, 0. Changes their
-/// order.
-template <typename Number>
-Number Median(std::vector<Number>& values)
+/// Of a vector or an array. Of an even number of values, the larger of the two in the middle; of
+/// none, 0. Changes their order.
+template <typename Values>
+typename Values::value_type Median(Values& values)
 {
   if (values.empty())
   {
-    return Number{};
+    return {};
   }
   const auto middle = values.begin() + values.size() / 2;
   std::nth_element(values.begin(), middle, values.end());

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Orientation/ScanWindows.h"
 
+#include "Filters/Common/Median.h"
+
 #include <Eigen/Geometry>
 
 #include "vtkPoints.h"
@@ -64,13 +66,6 @@ ScanWindow WindowAt(const Part& part, std::size_t middle, bool jumps)
   window.Middle = part.Ids[middle];
   window.Jumps = jumps;
   return window;
-}
-
-double Median(std::array<double, StepsInWindow - 1>& values)
-{
-  auto middle = values.begin() + StepsBeside;
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 /// @param steps lengths of the part's steps
@@ -185,11 +180,10 @@ SeenSteps SeenFrom(const Eigen::Vector3d& place, const ScanWindow& window)
   Eigen::Vector3d median;
   for (int c = 0; c < 3; ++c)
   {
-    std::array<double, StepsInWindow> sorted;
-    std::transform(steps.begin(), steps.end(), sorted.begin(),
+    std::array<double, StepsInWindow> coordinates;
+    std::transform(steps.begin(), steps.end(), coordinates.begin(),
       [c](const Eigen::Vector3d& step) { return step[c]; });
-    std::nth_element(sorted.begin(), sorted.begin() + StepsBeside, sorted.end());
-    median[c] = sorted[StepsBeside];
+    median[c] = Median(coordinates);
   }
   const double length = median.norm();
   SeenSteps seen;
