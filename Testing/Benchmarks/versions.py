@@ -4,9 +4,9 @@
 
     versions.py OUT --against FOLDER [--truth FOLDER] [--scan CLOUD] [--rounds N] [--size PX]
 
-writes OUT.md: per view the medians and their ratio, last the geometric mean of the ratios. FOLDER of
---against: lib/python3/dist-packages of the other build. --truth: ray-traced scenes, as in
-accuracy.py. Both builds share the machine, so that only their ratio is meaningful. Two threads.
+writes OUT.md: per view the medians and their ratio, last the geometric mean of the ratios.
+--against: lib/python3/dist-packages of the other build; without it this build is held against
+itself. --truth: ray-traced scenes, as in accuracy.py. Two threads.
 """
 
 import argparse
@@ -160,7 +160,8 @@ def table(views, medians):
     lines = ["| view, blur at infinity, px | before, ms | now, ms | ratio |", "|---|---|---|---|"]
     ratios = [now / before for before, now in medians]
     for view, (before, now), ratio in zip(views, medians, ratios):
-        lines.append(f"| {view['scene']}, {view['blur']} | {before:.1f} | {now:.1f} | {ratio:.3f} |")
+        name = f"{view['scene']}, {view['blur']}"
+        lines.append(f"| {name} | {before:.1f} | {now:.1f} | {ratio:.3f} |")
     mean = math.exp(statistics.mean(map(math.log, ratios)))
     return "\n".join([*lines, f"| geometric mean | | | {mean:.3f} |"]) + "\n"
 
