@@ -6,7 +6,8 @@ import unittest
 
 import numpy as np
 
-from clouds import color_array, points_of, surfels_of, view_camera
+from clouds import color_array, points_of, surfels_of
+from renderers import view_camera
 from scenes import DEFAULT, Drawing, Way, multisampling
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 

@@ -10,7 +10,7 @@ from vtkmodules.vtkRenderingCore import vtkActor, vtkCamera
 
 import captures
 import gaussianreference
-from clouds import hierarchy_of
+from renderers import hierarchy_of
 from surfelsplatting import vtkSurfelImageRenderer, vtkSurfelMapper
 from surfelsplatting.clouds.polydata import polydata_of
 from surfelsplatting.vtkarrays import named_array

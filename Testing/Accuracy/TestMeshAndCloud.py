@@ -18,8 +18,9 @@ from vtkmodules.vtkFiltersPoints import (
 from vtkmodules.vtkRenderingCore import (
     vtkActor, vtkPolyDataMapper, vtkRenderer, vtkRenderWindow, vtkWindowToImageFilter)
 
-from clouds import hierarchy_of, points_of, read, surfels_of, view_camera
+from clouds import points_of, read, surfels_of
 from measures import psnr
+from renderers import hierarchy_of, view_camera
 from surfelsplatting import vtkSurfelMapper, vtkSurfelSplattingPass
 from surfelsplatting.vtkarrays import named_array
 

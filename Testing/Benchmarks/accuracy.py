@@ -28,10 +28,10 @@ import os
 import statistics
 import sys
 
-from clouds import (TRUTH_SCENES, largest_confusion, read, read_exr, surfels_of, truth_views,
-                    view_camera)
+from clouds import TRUTH_SCENES, largest_confusion, read, read_exr, surfels_of, truth_views
 from measures import errors
 from meshes import MeshScene
+from renderers import view_camera
 from report import write_plots, write_tables
 from scenes import DEFAULT, Drawing, Way, multisampling, scan_drawing
 

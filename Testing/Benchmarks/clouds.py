@@ -10,14 +10,13 @@ import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkPolyData
-from vtkmodules.vtkRenderingCore import vtkCamera
 
+from renderers import view_camera
 from surfelsplatting.vtkarrays import named_array
 from surfelsplatting.views.cameras import View
 from surfelsplatting.views.framing import complete_view, surface_in_the_middle
 from surfelsplatting.views.samples import Samples
-from surfelsplatting.vtkSurfelFilters import (vtkSurfelEstimation, vtkSurfelHierarchy,
-                                              vtkSurfelNormalization)
+from surfelsplatting.vtkSurfelFilters import vtkSurfelEstimation, vtkSurfelNormalization
 from surfelsplatting.vtkSurfelReaders import vtkPointCloudReader
 
 TRUTH_SCENES = ("plane", "stanford-bunny", "bars", "veil")
@@ -55,23 +54,6 @@ def resample(surfels, count):
     if scalars:
         cloud.GetPointData().SetScalars(named_array("RGB", vtk_to_numpy(scalars)[pick]))
     return cloud
-
-
-def hierarchy_of(surfels):
-    hierarchy = vtkSurfelHierarchy()
-    hierarchy.SetInputData(surfels)
-    hierarchy.Update()
-    return hierarchy.GetOutput()
-
-
-def view_camera(view):
-    camera = vtkCamera()
-    camera.SetPosition(view["position"])
-    camera.SetFocalPoint(view["focalPoint"])
-    camera.SetViewUp(view["viewUp"])
-    camera.SetViewAngle(view["viewAngle"])
-    camera.SetFocalDistance(view["focalDistance"])
-    return camera
 
 
 def framed_camera(surfels):

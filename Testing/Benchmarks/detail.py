@@ -23,8 +23,9 @@ from types import SimpleNamespace
 from vtkmodules.vtkRenderingCore import vtkCamera
 
 from clouds import (TRUTH_SCENES, largest_confusion, read, read_exr, resample, sphere_surfels,
-                    surfels_of, truth_views, view_camera)
+                    surfels_of, truth_views)
 from measures import psnr
+from renderers import view_camera
 from scenes import DEFAULT, Drawing, Way, ball_drawing, scan_drawing
 
 SIZES = (512, 1024)

@@ -17,8 +17,9 @@ import statistics
 import numpy as np
 from surfelsplatting import write_png
 
-from clouds import largest_confusion, read, surfels_of, truth_views, view_camera
+from clouds import largest_confusion, read, surfels_of, truth_views
 from measures import psnr
+from renderers import view_camera
 from scenes import DEFAULT, PAPER, Drawing, Way, ball_drawing, multisampling, scan_drawing
 
 APERTURES = (12, 48)  # largest circle of confusion in px: the paper's differ by 4, too

@@ -5,10 +5,9 @@ import os
 from dataclasses import dataclass
 
 from vtkmodules.util.numpy_support import vtk_to_numpy
-from vtkmodules.vtkRenderingCore import vtkActor
 
-from clouds import bumpy_ball, framed_camera, hierarchy_of, read, surfels_of
-from surfelsplatting.vtkSurfelRendering import vtkSurfelImageRenderer, vtkSurfelMapper
+from clouds import bumpy_ball, framed_camera, read, surfels_of
+from renderers import hierarchy_of, image_renderer, set_blur
 
 
 @dataclass(frozen=True)
@@ -52,34 +51,17 @@ class Drawing:
     """Surfels and their hierarchy, without a window."""
 
     def __init__(self, name, surfels, camera, lit):
-        self.name, self.surfels, self.camera, self.lit = name, surfels, camera, lit
+        self.name, self.surfels, self.camera = name, surfels, camera
         self.count = surfels.GetNumberOfPoints()
-        self._plain = self._renderer(surfels)
-        self._detailed = self._renderer(hierarchy_of(surfels))
-
-    def _renderer(self, surfels):
-        mapper = vtkSurfelMapper()
-        mapper.SetInputData(surfels)
-        mapper.SetScalarVisibility(surfels.GetPointData().GetScalars() is not None)
-        actor = vtkActor()
-        actor.SetMapper(mapper)
-        actor.GetProperty().SetLighting(self.lit)
-        renderer = vtkSurfelImageRenderer()
-        renderer.AddActor(actor)
-        renderer.SetCamera(self.camera)
-        renderer.GetSplatter().FrameReuseOff()
-        return renderer
+        self._plain = image_renderer(surfels, camera, lit)
+        self._detailed = image_renderer(hierarchy_of(surfels), camera, lit)
 
     def frame(self, way, size, confusion):
         """confusion: radius of the blur of a point at infinity in px, 0 = pinhole."""
         renderer = self._plain if way.lod == "Off" else self._detailed
         renderer.SetSize(size, size)
         splatter = renderer.GetSplatter()
-        if confusion:
-            splatter.SetLensModeToCircleOfConfusion()
-            splatter.SetCircleOfConfusion(confusion)
-        else:
-            splatter.SetLensModeToPinhole()
+        set_blur(splatter, confusion)
         getattr(splatter, "SetKernelTo" + way.kernel)()
         getattr(splatter, "SetLODModeTo" + way.lod)()
         splatter.SetLODError(way.error)

@@ -118,8 +118,9 @@ def gaussians(window, surfels, camera):
 
 
 def measure_windows(arguments):
-    from clouds import hierarchy_of, surfels_of
+    from clouds import surfels_of
     from peers import Window
+    from renderers import hierarchy_of
     from surfelsplatting.vtkSurfelRendering import vtkSurfelSplattingPass
 
     surfels = surfels_of(cloud(arguments))

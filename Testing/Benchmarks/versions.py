@@ -3,6 +3,7 @@
 """Frames of this build against those of another one: the same surfels and cameras, by turns.
 
     versions.py OUT --against FOLDER [--truth FOLDER] [--scan CLOUD] [--rounds N] [--size PX]
+    versions.py OUT --against FOLDER --sphere N [--rounds N] [--size PX]
 
 writes OUT.md: per view the medians and their ratio, last the geometric mean of the ratios.
 --against: lib/python3/dist-packages of the other build; without it this build is held against
@@ -19,107 +20,79 @@ import sys
 import tempfile
 import time
 
+from vtkmodules.vtkIOXML import vtkXMLPolyDataReader, vtkXMLPolyDataWriter
+
+from renderers import camera_view, hierarchy_of, image_renderer, set_blur, view_camera
+
 FRAMES = 5  # of a turn; the first one brings the caches back and is not counted
 
 
-def cameras_of(scene, camera, blurs, lit):
+def views_of(scene, camera, blurs, lit):
     """The views of a scene, as the workers read them."""
-    return [{"scene": scene, "blur": blur, "lit": lit, "position": camera.GetPosition(),
-             "focalPoint": camera.GetFocalPoint(), "viewUp": camera.GetViewUp(),
-             "viewAngle": camera.GetViewAngle(), "focalDistance": camera.GetFocalDistance()}
-            for blur in blurs]
+    return [{"scene": scene, "blur": blur, "lit": lit, **camera_view(camera)} for blur in blurs]
 
 
 def scenes(arguments):
     """-> surfels and views, scene by scene"""
-    from clouds import (TRUTH_SCENES, framed_camera, read, sphere_surfels, surfels_of, truth_views,
-                        view_camera)
+    from clouds import TRUTH_SCENES, bumpy_ball, framed_camera, read, surfels_of, truth_views
     from meshes import MeshScene
+    from speed import camera_for
 
+    if arguments.sphere:
+        surfels = surfels_of(bumpy_ball(arguments.sphere))
+        yield surfels, views_of("sphere", camera_for(surfels), (0, arguments.size / 16), lit=False)
+        return
     for name in TRUTH_SCENES if arguments.truth else ():
         camera = view_camera(truth_views(arguments.truth, name)[12][0])
         yield (surfels_of(read(f"{arguments.truth}/{name}.ply")),
-               cameras_of(name, camera, (12, 36), lit=False))
+               views_of(name, camera, (12, 36), lit=False))
     mesh = MeshScene(points=arguments.points)
-    yield surfels_of(mesh.cloud()), cameras_of("mesh", mesh.camera(), (12, 36), lit=False)
+    yield surfels_of(mesh.cloud()), views_of("mesh", mesh.camera(), (12, 36), lit=False)
     if arguments.scan:
         surfels = surfels_of(read(arguments.scan))
-        yield surfels, cameras_of("scan", framed_camera(surfels), (45, 91), lit=True)
-    sphere = sphere_surfels(arguments.points)
-    yield sphere, cameras_of("sphere", framed_camera(sphere), (0, 32), lit=False)
+        yield surfels, views_of("scan", framed_camera(surfels), (45, 91), lit=True)
 
 
 def prepare(arguments, folder):
     """Writes the surfels for the workers. -> views"""
-    from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
-
     views = []
     for surfels, of_scene in scenes(arguments):
+        path = f"{folder}/{of_scene[0]['scene']}.vtp"
         writer = vtkXMLPolyDataWriter()
-        writer.SetFileName(f"{folder}/{of_scene[0]['scene']}.vtp")
+        writer.SetFileName(path)
         writer.SetInputData(surfels)
         if not writer.Write():
-            raise OSError(f"cannot write {writer.GetFileName()}")
-        views += of_scene
+            raise OSError(f"cannot write {path}; is the disk full?")
+        views += [{**view, "path": path, "size": arguments.size} for view in of_scene]
     return views
 
 
-class Painter:
-    """Draws in a worker. It uses nothing but VTK and what every version of the package has."""
+def renderer_of(view):
+    reader = vtkXMLPolyDataReader()
+    reader.SetFileName(view["path"])
+    reader.Update()
+    renderer = image_renderer(hierarchy_of(reader.GetOutput()), view_camera(view), view["lit"])
+    renderer.SetSize(view["size"], view["size"])
+    return renderer
 
-    def __init__(self, path, view, size):
-        from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
-        from vtkmodules.vtkRenderingCore import vtkActor, vtkCamera
-        from surfelsplatting.vtkSurfelFilters import vtkSurfelHierarchy
-        from surfelsplatting.vtkSurfelRendering import vtkSurfelImageRenderer, vtkSurfelMapper
 
-        reader, hierarchy, mapper = vtkXMLPolyDataReader(), vtkSurfelHierarchy(), vtkSurfelMapper()
-        reader.SetFileName(path)
-        hierarchy.SetInputConnection(reader.GetOutputPort())
-        hierarchy.Update()
-        surfels = hierarchy.GetOutput()
-        mapper.SetInputData(surfels)
-        mapper.SetScalarVisibility(surfels.GetPointData().GetScalars() is not None)
-        actor, camera = vtkActor(), vtkCamera()
-        actor.SetMapper(mapper)
-        actor.GetProperty().SetLighting(view["lit"])
-        camera.SetPosition(view["position"])
-        camera.SetFocalPoint(view["focalPoint"])
-        camera.SetViewUp(view["viewUp"])
-        camera.SetViewAngle(view["viewAngle"])
-        camera.SetFocalDistance(view["focalDistance"])
-        self.renderer = vtkSurfelImageRenderer()
-        self.renderer.AddActor(actor)
-        self.renderer.SetCamera(camera)
-        self.renderer.SetSize(size, size)
-        splatter = self.renderer.GetSplatter()
-        if hasattr(splatter, "FrameReuseOff"):  # versions before it have nothing to reuse
-            splatter.FrameReuseOff()
-
-    def milliseconds(self, blur):
-        """Of a frame"""
-        splatter = self.renderer.GetSplatter()
-        if blur:
-            splatter.SetLensModeToCircleOfConfusion()
-            splatter.SetCircleOfConfusion(blur)
-        else:
-            splatter.SetLensModeToPinhole()
-        self.renderer.Modified()
-        began = time.perf_counter()
-        self.renderer.Update()
-        return 1e3 * (time.perf_counter() - began)
+def milliseconds(renderer):
+    """Of a frame"""
+    renderer.Modified()
+    began = time.perf_counter()
+    renderer.Update()
+    return 1e3 * (time.perf_counter() - began)
 
 
 def work():
     """A worker: a line with a view asks for the times of FRAMES frames."""
-    painters = {}
+    scene = renderer = None
     for line in sys.stdin:
         view = json.loads(line)
-        if view["scene"] not in painters:
-            painters.clear()  # the scenes come one after another
-            painters[view["scene"]] = Painter(view["path"], view, view["size"])
-        painter = painters[view["scene"]]
-        print(json.dumps([painter.milliseconds(view["blur"]) for _ in range(FRAMES)]), flush=True)
+        if view["scene"] != scene:
+            scene, renderer = view["scene"], renderer_of(view)
+        set_blur(renderer.GetSplatter(), view["blur"])
+        print(json.dumps([milliseconds(renderer) for _ in range(FRAMES)]), flush=True)
 
 
 class Worker:
@@ -160,7 +133,7 @@ def table(views, medians):
     lines = ["| view, blur at infinity, px | before, ms | now, ms | ratio |", "|---|---|---|---|"]
     ratios = [now / before for before, now in medians]
     for view, (before, now), ratio in zip(views, medians, ratios):
-        name = f"{view['scene']}, {view['blur']}"
+        name = f"{view['scene']}, {view['blur']:g}"
         lines.append(f"| {name} | {before:.1f} | {now:.1f} | {ratio:.3f} |")
     mean = math.exp(statistics.mean(map(math.log, ratios)))
     return "\n".join([*lines, f"| geometric mean | | | {mean:.3f} |"]) + "\n"
@@ -171,8 +144,10 @@ def main():
     parser.add_argument("out")
     parser.add_argument("--against", metavar="FOLDER", help="dist-packages of another build")
     parser.add_argument("--truth", metavar="FOLDER", help="ray-traced scenes")
-    parser.add_argument("--scan", metavar="CLOUD")
-    parser.add_argument("--points", type=int, default=400_000, help="of mesh scene and sphere")
+    parser.add_argument("--scan", metavar="CLOUD", help="drawn with 45 and 91 px of blur")
+    parser.add_argument("--points", type=int, default=400_000, help="of the mesh scene")
+    parser.add_argument("--sphere", type=int, metavar="N",
+                        help="only a sphere of N points, in focus and blurred by SIZE / 16 px")
     parser.add_argument("--size", type=int, default=512)
     parser.add_argument("--rounds", type=int, default=9)
     parser.add_argument("--work", action="store_true", help=argparse.SUPPRESS)
@@ -183,8 +158,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         views = prepare(arguments, folder)
         workers = [Worker(arguments.against), Worker(None)]
-        medians = [compare(workers, {**view, "path": f"{folder}/{view['scene']}.vtp",
-                                     "size": arguments.size}, arguments.rounds) for view in views]
+        medians = [compare(workers, view, arguments.rounds) for view in views]
         for worker in workers:
             worker.close()
     text = table(views, medians)

@@ -146,7 +146,8 @@ class SurfelFrames:
 
 
 def measure_surfels(arguments):
-    from clouds import hierarchy_of, surfels_of
+    from clouds import surfels_of
+    from renderers import hierarchy_of
 
     surfels = hierarchy_of(surfels_of(cloud(arguments)))
     camera = camera_for(surfels)
