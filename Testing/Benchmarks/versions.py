@@ -149,7 +149,7 @@ def main():
     parser.add_argument("--sphere", type=int, metavar="N",
                         help="only a sphere of N points, in focus and blurred by SIZE / 16 px")
     parser.add_argument("--size", type=int, default=512)
-    parser.add_argument("--rounds", type=int, default=9)
+    parser.add_argument("--rounds", type=int, default=13)
     parser.add_argument("--work", action="store_true", help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     if arguments.work:
