@@ -39,6 +39,19 @@ class TestDetail(ToolCase):
         self.assertIn("hierarchy", detail["milliseconds"])
         self.assertNotIn("hierarchy", plain["milliseconds"])
 
+    def test_one_sharp_picture_needs_no_hierarchy(self):
+        sharp, statistics = self.run_with()
+        self.assertNotIn("hierarchy", statistics["milliseconds"])
+        for options in (["--lod", "moments"], ["--lod-error", "1"], ["--color-by", "level"],
+                        ["--channels", "level"], ["--repeat", "2"], ["--blur", "1"],
+                        ["--hierarchy", "nodes.vtp"]):
+            picture, statistics = self.run_with(*options)
+            self.assertIn("hierarchy", statistics["milliseconds"], options)
+            if options[0] not in ("--color-by", "--blur"):
+                difference = np.abs(picture - sharp)  # at outlines
+                self.assertLess(difference.mean(), 6e-4, options)  # 4.3e-4
+                self.assertLess(difference.max(), 0.04, options)  # 0.025
+
     def test_cloud_in_parts(self):
         points, colors = sphere(20000)
         write_ply("ball.ply", points, colors, points)  # parts cannot tell what is outside

@@ -300,7 +300,10 @@ _COMPONENTS = {"SurfelCovariance": (6,), "SurfelAreaVector": (3,), "SurfelTwoSid
 
 
 def _check_arrays(data, path):
-    points = data.GetPointData()
+    fields, points = data.GetFieldData(), data.GetPointData()
+    origin = fields.GetArray("SurfelOrigin")
+    if origin and origin.GetNumberOfValues() != 3:
+        fields.RemoveArray("SurfelOrigin")  # the picture shows the whole, wherever that is
     for name, components in _COMPONENTS.items():
         array = points.GetArray(name)  # None for one of texts
         if points.HasArray(name) and (array is None

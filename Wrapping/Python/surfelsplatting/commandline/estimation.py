@@ -57,7 +57,7 @@ def _cloud_in_parts(cloud, arguments, *reporters):
 
 def check_memory(cloud, arguments):
     """Refuses a cloud that is too large before the estimation, which may take minutes."""
-    if not (arguments.no_lod or is_hierarchy(cloud.data)):
+    if not is_hierarchy(cloud.data):
         problem = vtkSurfelHierarchy.CheckMemory(cloud.data.GetNumberOfPoints(),
                                                  not cloud.is_drawable)
         if problem:

@@ -3,6 +3,7 @@
 
 import math
 
+from ..clouds.reading import is_hierarchy
 from ..problems import UserProblem
 from ..views.cameras import asked_view, camera_files
 from ..views.faint import why_faint
@@ -45,6 +46,14 @@ def _check_hierarchy(cloud, arguments):
                           "in space; give --hierarchy an OUT.vtp")
 
 
+def _needs_hierarchy(asked, cloud, arguments):
+    """One sharp picture of surfels is drawn before their hierarchy would be made."""
+    asks_for_it = {"--lod", "--lod-error", "--color-by"} & set(arguments.given)
+    return not arguments.no_lod and bool(
+        asked.has_lens or arguments.repeat > 1 or cloud.is_gaussians or is_hierarchy(cloud.data)
+        or arguments.hierarchy or asks_for_it or "LEVEL" in (arguments.channels or ()))
+
+
 def _place(view, cloud, surfels, samples, session):
     """-> the complete view"""
     if is_from_sensor(view, sensor_of(cloud, surfels)):
@@ -82,8 +91,10 @@ def _focus(renderer, asked, view, drawn, session):
         session.progress.update(algorithm, "focusing")
         session.messages.check()
 
-    view = focused_on_front(asked, view, renderer, update)
-    depths = sharp_depths(renderer, update) if session.arguments.verbose else None
+    arguments = session.arguments
+    if asked.has_lens or arguments.save_camera or arguments.verbose:
+        view = focused_on_front(asked, view, renderer, update)
+    depths = sharp_depths(renderer, update) if arguments.verbose else None
     view = settle_focus(view, renderer, update, depths)
     session.warn(filter(None, [why_faint(drawn, renderer, update)]))
     return view, depths
@@ -132,6 +143,7 @@ def render(arguments):
     with session.progress_shown():
         cloud = session.read()
         _check_hierarchy(cloud, arguments)
+        session.needs_hierarchy = _needs_hierarchy(asked, cloud, arguments)
         points = cloud.data.GetNumberOfPoints()
         all_arrays = arguments.hierarchy is not None
         surfels = session.surfels(cloud, not arguments.surfels, all_arrays)

@@ -30,11 +30,13 @@ class Session:
 
     arguments: those of options.add_look_options, add_detail_options and add_run_options.
     is_silent: whether another process prints what is to be said of the cloud.
+    needs_hierarchy: whether pictures are drawn with level of detail.
     """
 
     def __init__(self, arguments, is_silent=False):
         self.arguments = arguments
         self._is_silent = is_silent
+        self.needs_hierarchy = not arguments.no_lod
         self.messages = VtkMessages(arguments.verbose)
         self.interrupts = Interrupts()
         reuse_memory()
@@ -119,11 +121,12 @@ class Session:
     def surfels(self, cloud, with_hierarchy=False, all_arrays=True):
         """-> vtkPolyData with the arrays of the data contract
 
-        with_hierarchy: whether a hierarchy may come along; not with --no-lod
+        with_hierarchy: whether a hierarchy may come along, if there is need of one
         all_arrays: False: only those that a picture needs, if a hierarchy comes along
         """
-        check_memory(cloud, self.arguments)
-        with_hierarchy = with_hierarchy and not self.arguments.no_lod
+        if self.needs_hierarchy:
+            check_memory(cloud, self.arguments)
+        with_hierarchy = with_hierarchy and self.needs_hierarchy
         if with_hierarchy and not all_arrays and not cloud.is_drawable:
             cloud = replace(cloud, data=without_unused_arrays(
                 cloud.data, self.arguments.scalars, TO_SCANNER, *cloud.normals))
@@ -133,12 +136,12 @@ class Session:
         return surfels
 
     def drawable(self, surfels, all_arrays=False):
-        """-> the hierarchy of the surfels, or with --no-lod the surfels; with the arrays that a
-        picture needs, or with all"""
+        """-> the hierarchy of the surfels, or where there is no need of one the surfels; with the
+        arrays that a picture needs, or with all"""
         scalars = self.arguments.scalars
         if scalars:
             surfels = with_scalars(surfels, scalars)
         drawn = surfels if all_arrays else without_unused_arrays(surfels, scalars)
-        if self.arguments.no_lod:
+        if not self.needs_hierarchy:
             return drawn
         return make_hierarchy(drawn, self.messages, self.progress, self.run)
