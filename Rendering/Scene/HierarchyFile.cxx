@@ -8,6 +8,7 @@
 #include "Core/Hierarchy/LeafPlacement.h"
 #include "Core/Hierarchy/NodeColors.h"
 #include "Core/Surfels/SurfelArrays.h"
+#include "Core/Surfels/SurfelSamples.h"
 #include "Rendering/Scene/CloudAdapter.h"
 #include "Rendering/Scene/MappedArrays.h"
 #include "Rendering/Scene/SurfelBounds.h"
@@ -92,7 +93,6 @@ private:
   int Positions = None, Covariances = None, AreaVectors = None, TwoSided = None, Overlaps = None,
       Opacities = None, Leaves = None, Nodes = None, Colors = None, NodeColors = None,
       Clusters = None, Extents = None, Samples = None, Bounds = None;
-  std::uint64_t SampleStep = 1;
 };
 
 int Contents::Add(
@@ -220,9 +220,8 @@ void Contents::AddComputedArrays()
   if (leaves > SampleCount)
   {
     constexpr std::size_t floats = 13;
-    this->SampleStep = leaves / SampleCount;
-    this->Samples = add(Arrays::Samples, ArrayType::Float32, floats,
-      (leaves + this->SampleStep - 1) / this->SampleStep);
+    this->Samples =
+      add(Arrays::Samples, ArrayType::Float32, floats, NumberOfSamples(leaves, SampleCount));
   }
   this->Bounds = add(Arrays::Bounds, ArrayType::Float64, 6, 1);
 }
@@ -296,7 +295,7 @@ SurfelCloud Contents::CloudIn(ArrayFileWriter& file) const
 
 void Contents::FillSamples(const SurfelCloud& cloud, float* samples) const
 {
-  for (std::uint64_t i = 0; i < cloud.NumberOfSurfels; i += this->SampleStep)
+  for (const std::size_t i : ChooseSamples(cloud, SampleCount))
   {
     const Vector3 p = cloud.Position(i);
     samples = std::copy(p.begin(), p.end(), samples);

@@ -14,8 +14,7 @@ class vtkPolyData;
 
 namespace SurfelSplatting
 {
-/// Number of surfels from which Arrays::Samples are taken: each k-th of n surfels, where k is
-/// n / SampleCount rounded down.
+/// Number of surfels above which Arrays::Samples are some of them (Core/Surfels/SurfelSamples.h).
 constexpr int SampleCount = 100000;
 
 /**

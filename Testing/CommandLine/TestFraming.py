@@ -104,6 +104,15 @@ class TestFraming(unittest.TestCase):
             self.assertEqual(view.position == (0, 0, 0), is_from_there)
             self.assertEqual(slope(view) > 45, not is_from_there)
 
+    def test_order_of_the_points(self):
+        """A hierarchy has them in another order than the file, and blurred pictures are of one."""
+        points = np.random.default_rng(3).normal(size=(250000, 3)) * (3, 2, 1)
+        areas = points * 1e-4
+        order = np.random.default_rng(4).permutation(len(points))
+        view, other = view_of(points, areas), view_of(points[order], areas[order])
+        np.testing.assert_allclose(other.position, view.position, rtol=1e-12)
+        np.testing.assert_allclose(other.focal_point, view.focal_point, rtol=0, atol=1e-12)
+
     def test_few_points(self):
         points = np.array([(x, x % 3, x % 2) for x in (*range(10), 25)], float)
         view = view_of(points, np.tile([0, 0, 1.0], (len(points), 1)))

@@ -19,6 +19,7 @@ FAR = 4.0  # x and y over the diagonal of a cloud that is far from the origin
 LARGEST_CLOUD = 1e15  # the camera is farther away, and squares must stay in float's range
 SAMPLES = 100_000
 ENOUGH = 50_000  # for shares within one percent; what is up is told of them within 50 ms
+KEYS = 9 << 29  # of points, and an eighth more, so that enough are among the smallest
 STEP = 0.1  # of the width of a box that grows
 SPARSE = 4.0  # times the usual distance between points
 ALONE = 2e-5  # part of the points, of strays that are left
@@ -125,14 +126,37 @@ def _masses(surfels, covariances, most):
     return some.step * np.nan_to_num(masses, nan=0.0, posinf=0.0)
 
 
+def _scattered(points, most):
+    """Which points are samples, one of so many, as Scene/SurfelSamples.h chooses them for files: those
+    with the smallest keys of their coordinates. So a hierarchy, which has them in another order than the
+    points it was made of, has the same."""
+    count = len(points)
+    step = max(1, count // most)
+    if step == 1:
+        return slice(None)
+    x, y, z = np.asarray(points, np.float32).view(np.uint32).T
+    key = x * np.uint32(0x9E3779B1) ^ y * np.uint32(0x85EBCA77) ^ z * np.uint32(0xC2B2AE3D)
+    key ^= key >> np.uint32(15)
+    key *= np.uint32(0x2C1B3C6D)
+    some = np.flatnonzero(key < np.uint32(KEYS // step))
+    wanted = -(-count // step)
+    if len(some) < wanted:  # as of points that are all at one place
+        return slice(0, count, step)
+    keys = key[some]
+    return some[keys <= np.partition(keys, wanted - 1)[wanted - 1]]
+
+
 def _every_so_many(surfels, most):
     """-> points, area vectors, whether they are two-sided, covariances or None"""
     data = surfels.GetPointData()
-    some = _some_of(surfels, most)
-    points = _doubles(surfels.GetPoints().GetData(), some)
+    places = vtk_to_numpy(surfels.GetPoints().GetData())
     if data.HasArray("GaussianCovariance"):  # no surface, so that no direction is outside
+        some = _some_of(surfels, most)
+        points = _doubles_of(places[some])
         return (points, np.zeros_like(points), np.ones(len(points), bool),
                 _doubles(data.GetArray("GaussianCovariance"), some))
+    some = _scattered(places, most)
+    points = _doubles_of(places[some])
     two_sided = data.GetArray("SurfelTwoSided")
     two_sided = (vtk_to_numpy(two_sided)[some].astype(bool) if two_sided
                  else np.zeros(len(points), bool))
@@ -152,10 +176,14 @@ def _stored_samples(surfels):
     return values[:, :3], values[:, 3:6], values[:, 6] != 0, values[:, 7:]
 
 
-def _doubles(array, some=slice(None)):
+def _doubles_of(values):
     """Values of a damaged file may be signalling NaNs, which casts warn of."""
     with np.errstate(invalid="ignore"):
-        return vtk_to_numpy(array)[some].astype(np.float64)
+        return values.astype(np.float64)
+
+
+def _doubles(array, some=slice(None)):
+    return _doubles_of(vtk_to_numpy(array)[some])
 
 
 def _in_all(of_axes):
