@@ -386,8 +386,7 @@ void vtkSurfelSplatter::MakeClouds(
   scene.OccluderDepth = my.Occluders.SplatBlurredPixels(view, my.Context, scene.Clouds);
 }
 
-/// Makes the clouds and, with a controller, gets the occluder depth of process 0. A process with
-/// too little memory informs the others.
+/// Makes the clouds and, with a controller, gets the occluder depth of process 0.
 void vtkSurfelSplatter::MakeScene(
   const SceneItems& items, const SceneView& view, SceneClouds& scene)
 {
@@ -397,19 +396,7 @@ void vtkSurfelSplatter::MakeScene(
     this->MakeClouds(items, view, scene);
     return;
   }
-  bool hasMemory = true;
-  try
-  {
-    this->MakeClouds(items, view, scene);
-  }
-  catch (const std::bad_alloc&)
-  {
-    hasMemory = false;
-  }
-  if (!ranks->All(hasMemory))
-  {
-    throw SurfelSplatting::RanksLackMemory();
-  }
+  ranks->DoOwn([&] { this->MakeClouds(items, view, scene); });
   if ((this->DeepSamples || this->Channels != 0) && !this->Internal->WarnedRanks)
   {
     this->Internal->WarnedRanks = true;

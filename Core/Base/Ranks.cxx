@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Core/Base/Ranks.h"
 
+#include "Core/Base/MemoryGuard.h"
+
 #include <algorithm>
+#include <exception>
 
 namespace SurfelSplatting
 {
@@ -49,6 +52,37 @@ double Ranks::Largest(double value)
     largest = std::max(largest, MessageReader(m).Get<double>());
   }
   return largest;
+}
+
+void Ranks::DoOwn(const std::function<void()>& work)
+{
+  bool hasMemory = true;
+  std::exception_ptr damage;
+  try
+  {
+    work();
+  }
+  catch (const std::bad_alloc&)
+  {
+    hasMemory = false;
+  }
+  catch (const DamagedMemory&)
+  {
+    damage = std::current_exception();
+  }
+  if (this->All(hasMemory && !damage))
+  {
+    return;
+  }
+  if (this->Any(!hasMemory))
+  {
+    throw RanksLackMemory();
+  }
+  if (damage)
+  {
+    std::rethrow_exception(damage);
+  }
+  throw DamagedMemory("the file of another process is damaged; see what that says");
 }
 
 double Ranks::RootValue(double value)

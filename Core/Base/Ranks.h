@@ -4,13 +4,14 @@
  * messages (MPI in VTK, threads in tests).
  *
  * Every call is collective: all ranks make the same calls in the same order, and none returns
- * before its messages have arrived. A rank that has failed still takes part and reports it (All),
- * so that the other ranks do not wait for it.
+ * before its messages have arrived. A rank that has failed still takes part and reports it (All,
+ * DoOwn), so that the other ranks do not wait for it.
  */
 #pragma once
 
 #include <cstddef>
 #include <cstring>
+#include <functional>
 #include <new>
 #include <type_traits>
 #include <vector>
@@ -51,6 +52,10 @@ public:
 
   /// The value of rank 0.
   double RootValue(double value);
+
+  /// Does what each rank does by itself. If memory lacks on one, or its file is damaged, all throw.
+  /// @throw RanksLackMemory, DamagedMemory
+  void DoOwn(const std::function<void()>& work);
 };
 
 /// Adds plain values to a message.

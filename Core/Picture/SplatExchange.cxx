@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <new>
 #include <utility>
 
 namespace SurfelSplatting
@@ -294,31 +293,14 @@ void SplatExchange::Unpack(
   }
 }
 
-void SplatExchange::Exchange(
-  int width, int height, bool hasSplats, const Executor& executor, SplatList& list)
+void SplatExchange::Exchange(int width, int height, const Executor& executor, SplatList& list)
 {
-  if (!this->Group.All(hasSplats))
-  {
-    throw RanksLackMemory();
-  }
   if (this->Bands.empty())
   {
     this->ChooseBands(width, height, list);
   }
   std::vector<Message> messages;
-  bool hasMessages = true;
-  try
-  {
-    messages = this->Pack(executor, list);
-  }
-  catch (const std::bad_alloc&)
-  {
-    hasMessages = false;
-  }
-  if (!this->Group.All(hasMessages))
-  {
-    throw RanksLackMemory();
-  }
+  this->Group.DoOwn([&] { messages = this->Pack(executor, list); });
   this->Unpack(this->Group.Exchange(std::move(messages)), executor, list);
 }
 

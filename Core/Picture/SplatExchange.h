@@ -19,6 +19,7 @@
 #include "Core/Splats/SplatList.h"
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 namespace SurfelSplatting
@@ -49,10 +50,12 @@ public:
   /**
    * Collective. Replaces the splats of this rank's surfels by those of all ranks that reach its
    * rows, rank after rank. The first splats of a picture determine the bands, for even work.
-   * @param hasSplats whether this rank had enough memory to make its splats
-   * @throw RanksLackMemory on all ranks if one has no splats or cannot pack them
+   * @throw RanksLackMemory on all ranks if one cannot pack its splats
    */
-  void Exchange(int width, int height, bool hasSplats, const Executor& executor, SplatList& list);
+  void Exchange(int width, int height, const Executor& executor, SplatList& list);
+
+  /// Ranks::DoOwn, for what comes before: a rank that fails takes part in Exchange no more.
+  void DoOwn(const std::function<void()>& work) const { this->Group.DoOwn(work); }
 
   /// This rank's rows, multiples of tiles. With more ranks than rows of tiles, some have none.
   RowRange Rows() const { return this->Bands[static_cast<std::size_t>(this->Group.Rank())]; }

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Core/Picture/Splatter.h"
 
-#include "Core/Base/MemoryGuard.h"
 #include "Core/Lens/GaussianFootprint.h"
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <new>
 #include <stdexcept>
 #include <string>
 
@@ -327,26 +325,13 @@ void Splatter::MakeSplats(
   this->Stats.BlurredSplats = all.Blurred;
 }
 
-/// Makes all splats at once, because it is unknown which of them lie behind those of other ranks. A
-/// rank with too little memory informs the others instead of leaving them waiting.
+/// Makes all splats at once, because it is unknown which of them lie behind those of other ranks.
 void Splatter::ExchangeSplats(
   const std::vector<SurfelCloud>& clouds, const Executor& executor, SplatExchange& exchange)
 {
-  bool hasSplats = true;
-  try
-  {
-    this->MakeSplats(clouds, false, executor);
-  }
-  catch (const std::bad_alloc&)
-  {
-    hasSplats = false;
-  }
-  catch (const DamagedMemory&)
-  {
-    hasSplats = false;
-  }
+  exchange.DoOwn([&] { this->MakeSplats(clouds, false, executor); });
   const View& view = this->Cell.Camera;
-  exchange.Exchange(view.Width, view.Height, hasSplats, executor, this->List);
+  exchange.Exchange(view.Width, view.Height, executor, this->List);
 }
 
 /// Composites the splats on coarse grids and adds their cells to List as tents of the picture.

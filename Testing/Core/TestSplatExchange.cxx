@@ -4,10 +4,13 @@
  * coarse grids, through cells and sectors of the lens, with ranks that have nothing. A rank that
  * fails stops all of them, and none waits for it.
  */
+#include "Core/Base/MemoryGuard.h"
 #include "TestScene.h"
 #include "Testing/Shared/Check.h"
 #include "ThreadRanks.h"
 
+#include <atomic>
+#include <exception>
 #include <limits>
 #include <new>
 
@@ -121,26 +124,33 @@ TEST_CASE("Hidden surfels")
   CHECK(largest <= 1.0f / 512.0f);
 }
 
-/// An allocation that fails on one rank.
+/// Fails on one rank.
+template <typename Problem>
 class FailingExecutor : public SerialExecutor
 {
 public:
-  void For(std::size_t, std::size_t, const RangeFunction&) const override
+  explicit FailingExecutor(const Problem& problem)
+    : What(problem)
   {
-    throw std::bad_alloc();
   }
+  void For(std::size_t, std::size_t, const RangeFunction&) const override { throw this->What; }
+
+private:
+  Problem What;
 };
 
-TEST_CASE("Failure")
+/// Number of the three ranks that throw a problem which one of them has.
+template <typename Problem>
+int CountFailed(const Problem& problem)
 {
   const TestCloud cloud = MakeCloud(1, 3000);
   const SplatContext context = MakeContext(4.0);
-  int failed[3] = { 0, 0, 0 };
+  std::atomic<int> failed{ 0 };
   ThreadRanks::Run(3, [&](Ranks& group) {
     SplatExchange exchange(group);
     Splatter splatter;
     Picture picture(Width, Height);
-    const FailingExecutor failing;
+    const FailingExecutor<Problem> failing(problem);
     const SerialExecutor serial;
     const Executor& executor = group.Rank() == 1 ? static_cast<const Executor&>(failing) : serial;
     try
@@ -149,14 +159,21 @@ TEST_CASE("Failure")
       target.Exchange = &exchange;
       splatter.Render(context, { cloud.Get() }, executor, target);
     }
-    catch (const std::bad_alloc&)
+    catch (const Problem&)
     {
-      failed[group.Rank()] = 1;
+      ++failed;
+    }
+    catch (const std::exception&)
+    {
     }
   });
-  CHECK(failed[0]);
-  CHECK(failed[1]);
-  CHECK(failed[2]);
+  return failed;
+}
+
+TEST_CASE("Failure")
+{
+  CHECK(CountFailed(std::bad_alloc()) == 3);
+  CHECK(CountFailed(DamagedMemory("a file is damaged")) == 3);
 }
 
 TEST_CASE("Agreement")

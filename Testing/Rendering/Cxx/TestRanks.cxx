@@ -3,20 +3,27 @@
  * Several processes' surfels in one picture, by the renderer without a window: process 0 has the
  * picture of all, whether anything has changed is agreed upon, and what cannot be made is said.
  */
+#include "Core/Files/ArrayFile.h"
 #include "RenderingTest.h"
 #include "ThreadController.h"
 
+#include "vtkSurfelHierarchyReader.h"
+#include "vtkSurfelHierarchyWriter.h"
 #include "vtkSurfelImageRenderer.h"
 #include "vtkSurfelMapper.h"
 #include "vtkSurfelSplatter.h"
 
 #include <vtkActor.h>
 #include <vtkCamera.h>
+#include <vtkDoubleArray.h>
 #include <vtkImageData.h>
+#include <vtkPointData.h>
 #include <vtkPolyData.h>
 #include <vtkProperty.h>
 
 #include <atomic>
+#include <cstdio>
+#include <fstream>
 #include <functional>
 
 using namespace RenderingTest;
@@ -53,6 +60,36 @@ struct Camera
     renderer->GetSplatter()->SetLensModeToCircleOfConfusion();
     renderer->GetSplatter()->SetCircleOfConfusion(9.0);
   }
+};
+
+/// A file of surfels, too large to be checked when it is opened, whose positions are damaged.
+class DamagedFile
+{
+public:
+  static constexpr const char* Path = "ranks.surfels";
+
+  DamagedFile()
+  {
+    constexpr int count = 3000;
+    const vtkSmartPointer<vtkPolyData> surfels = UnitSphere(count);
+    vtkNew<vtkDoubleArray> wide; // 36 MB
+    wide->SetName("Wide");
+    wide->SetNumberOfComponents(1500);
+    wide->SetNumberOfTuples(count);
+    wide->Fill(1.0);
+    surfels->GetPointData()->AddArray(wide);
+    vtkNew<vtkSurfelHierarchyWriter> writer;
+    writer->SetInputData(surfels);
+    writer->SetFileName(Path);
+    REQUIRE(writer->Write() == 1);
+    std::fstream file(Path, std::ios::in | std::ios::out | std::ios::binary);
+    SurfelSplatting::FileHeader header;
+    file.read(reinterpret_cast<char*>(&header), sizeof(header));
+    file.seekp(static_cast<std::streamoff>(header.ArraysBegin));
+    const std::vector<char> wrong(12 * count, 7);
+    file.write(wrong.data(), static_cast<std::streamsize>(wrong.size()));
+  }
+  ~DamagedFile() { std::remove(Path); }
 };
 
 vtkSmartPointer<vtkImageData> Copy(vtkImageData* picture)
@@ -175,6 +212,34 @@ TEST_CASE_FIXTURE(NoMessages, "Pictures of different size are refused")
   });
   CHECK(TakeMessages().find("differ in size") != std::string::npos);
   CHECK(made == 0);
+}
+
+/// No process waits for the one that finds the damage, in its clouds (paper) or its splats.
+TEST_CASE_FIXTURE(NoMessages, "A damaged file is said")
+{
+  const DamagedFile file;
+  for (const int mode : { vtkSurfelSplatter::LOD_PAPER, vtkSurfelSplatter::LOD_OFF })
+  {
+    std::atomic<int> made{ 0 };
+    ThreadController::Run(2, [&](vtkMultiProcessController* controller) {
+      vtkNew<vtkSurfelHierarchyReader> reader;
+      reader->SetFileName(DamagedFile::Path);
+      reader->Update();
+      vtkNew<vtkSurfelImageRenderer> renderer;
+      const Camera camera(renderer);
+      renderer->GetSplatter()->SetController(controller);
+      renderer->GetSplatter()->SetLODMode(mode);
+      const bool hasFile = controller->GetLocalProcessId() == 1;
+      renderer->AddActor(hasFile ? SurfelActor(reader->GetOutput()) : Spheres()[0]);
+      renderer->Update();
+      made += renderer->GetOutput()->GetNumberOfPoints() > 0 ? 1 : 0;
+    });
+    const std::string messages = TakeMessages();
+    CHECK(messages.find("array Points is not what was written") != std::string::npos);
+    CHECK(messages.find("another process") != std::string::npos);
+    CHECK(messages.find("memory") == std::string::npos);
+    CHECK(made == 0);
+  }
 }
 
 TEST_SUITE_END();
