@@ -460,19 +460,20 @@ private:
     }
     // How far a splat reaches beyond its centre, as a length at the depth of the ball: the standard
     // deviation of W is at most the sum of those of kernel, pixel and lens. Nodes are at most as
-    // large as the ball, which contains their centres.
+    // large as the ball, which contains their centres. A pixel counts as large as its longer side.
     const double spread = this->Scale * node.LeafSigma + ball.Radius;
+    const double focal = std::fmin(std::abs(v.Fx), std::abs(v.Fy));
     double reach = 0.0;
     if (v.Parallel)
     {
-      reach = spread + (std::sqrt(this->Prefilter) + 1.0) / this->FocalLength;
+      reach = spread + (std::sqrt(this->Prefilter) + 1.0) / focal;
     }
     else
     {
       const double stretch = Norm(ball.Center) / ball.Center[2] + ball.Radius / ball.Near();
       for (const double z : { ball.Near(), ball.Far() })
       {
-        const double pixel = (std::sqrt(this->Prefilter) + 1.0) * z / this->FocalLength;
+        const double pixel = (std::sqrt(this->Prefilter) + 1.0) * z / focal;
         const double blur = 0.6 * this->LongestAxis * this->Optics.RelativeCircleOfConfusion(z) * z;
         reach = std::fmax(reach, spread * stretch + pixel + blur);
       }

@@ -126,6 +126,28 @@ TEST_CASE("Skips")
   CHECK(hidden > 1000);
 }
 
+/// The pixel filter is as wide along both axes, whatever the world is.
+TEST_CASE("What is outside of pixels that are not square")
+{
+  constexpr double d = 0.002; // a 50th of a pixel's height
+  TestCloud cloud;
+  for (int i = 0; i < 80000; ++i)
+  {
+    cloud.Add(SquareSurfel({ (i % 40 - 19.5) * d, (i / 40 - 999.5) * d, 2.0 }, d));
+  }
+  const TestHierarchy hierarchy(cloud);
+  SplatContext context;
+  context.Camera = PinholeView(24, 6, 400.0);
+  context.Camera.Fy = 20.0;
+  Splatter splatter;
+  Picture with(24, 6), without(24, 6);
+  splatter.Render(context, { hierarchy.Get() }, SerialExecutor(), with.Get());
+  CHECK(splatter.Statistics().Cut.OutsideLeaves > 40000);
+  context.Cut.SkipOutside = false;
+  splatter.Render(context, { hierarchy.Get() }, SerialExecutor(), without.Get());
+  CHECK(LargestDifference(with, without) <= 1e-5);
+}
+
 /// A gain of 2 allows nodes twice as large, where the blur decides: the error 2.
 TEST_CASE("Cells of the lens")
 {
