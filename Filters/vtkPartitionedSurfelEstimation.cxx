@@ -356,8 +356,9 @@ int vtkPartitionedSurfelEstimation::RequestData(vtkInformation* vtkNotUsed(reque
     return 1;
   }
   SensorSettings settings(this->Cleaning, this->Estimation);
-  ScanSensor sensor = this->UseSensor ? FindSensor(input, nullptr) : ScanSensor();
-  const vtkSmartPointer<vtkPointSet> known = this->WithScanners(input, sensor);
+  const vtkSmartPointer<vtkPointSet> fitting = WithFittingArrays(input, this);
+  ScanSensor sensor = this->UseSensor ? FindSensor(fitting, nullptr) : ScanSensor();
+  const vtkSmartPointer<vtkPointSet> known = this->WithScanners(fitting, sensor);
   input = known;
   settings.Use(sensor, false);
   settings.SetNumberOfNeighbors(this->NumberOfNeighbors, sensor);

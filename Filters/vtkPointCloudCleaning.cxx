@@ -101,6 +101,8 @@ int vtkPointCloudCleaning::Execute(
   vtkPointSet* input, vtkPolyData* output, vtkPolyData* strayPoints)
 {
   this->Take(CleaningCounts());
+  const vtkSmartPointer<vtkPointSet> fitting = WithFittingArrays(input, this);
+  input = fitting;
   const bool isAlone = !this->Controller || this->Controller->GetNumberOfProcesses() <= 1;
   const double* v = this->Viewpoint;
   CleaningExecution execution(

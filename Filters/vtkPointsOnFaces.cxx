@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkPointsOnFaces.h"
 
+#include "Filters/Common/InputArrays.h"
 #include "Filters/Common/FaceLimit.h"
 #include "Filters/Meshes/FaceSamples.h"
 #include "Filters/Meshes/MeshParts.h"
@@ -154,7 +155,8 @@ vtkIdTypeArray* vtkPointsOnFaces::GetParts()
 int vtkPointsOnFaces::RequestData(vtkInformation* vtkNotUsed(request),
   vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  vtkPolyData* mesh = vtkPolyData::GetData(inputVector[0]);
+  const auto fitting = WithFittingArrays(vtkPolyData::GetData(inputVector[0]), this);
+  vtkPolyData* mesh = vtkPolyData::SafeDownCast(fitting);
   vtkPolyData* output = vtkPolyData::GetData(outputVector);
   this->Lack = NO_LACK;
   this->IsModel = false;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkSurfelEstimation.h"
 
-#include "Core/Surfels/SurfelArrays.h"
 #include "Filters/Common/AvailableMemory.h"
 #include "Filters/Common/InputArrays.h"
 #include "Filters/Common/LocalCloud.h"
@@ -42,7 +41,6 @@
 #include <utility>
 
 using namespace SurfelGeometry;
-namespace Arrays = SurfelSplatting::Arrays;
 
 vtkStandardNewMacro(vtkSurfelEstimation);
 
@@ -372,6 +370,8 @@ int vtkSurfelEstimation::RequestData(vtkInformation* vtkNotUsed(request),
 int vtkSurfelEstimation::Execute(vtkPointSet* input, vtkPolyData* output)
 {
   this->ResetCounts();
+  const vtkSmartPointer<vtkPointSet> fitting = WithFittingArrays(input, this);
+  input = fitting;
   if (this->Controller && this->Controller->GetNumberOfProcesses() > 1)
   {
     SurfelSplatting::ControllerRanks ranks(this->Controller);

@@ -287,7 +287,8 @@ int vtkSurfelHierarchy::Execute(vtkPolyData* input, vtkPolyData* output)
   }
   try
   {
-    Execution execution(this, input);
+    const auto fitting = SurfelGeometry::WithFittingArrays(input, this);
+    Execution execution(this, vtkPolyData::SafeDownCast(fitting));
     if (!execution.Run(output))
     {
       output->Initialize();

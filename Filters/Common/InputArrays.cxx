@@ -2,6 +2,7 @@
 #include "Filters/Common/InputArrays.h"
 
 #include "vtkDataArray.h"
+#include "vtkObject.h"
 #include "vtkPointData.h"
 #include "vtkPolyData.h"
 
@@ -24,6 +25,38 @@ std::string CheckNumberOfPoints(vtkIdType points)
   return points <= most ? std::string()
                         : "The input has " + std::to_string(points) +
       " points; the neighbour search takes up to " + std::to_string(most) + ". Split the cloud.";
+}
+
+vtkSmartPointer<vtkPointSet> WithFittingArrays(vtkPointSet* points, vtkObject* filter)
+{
+  const vtkIdType count = points ? points->GetNumberOfPoints() : 0;
+  const int arrays = points ? points->GetPointData()->GetNumberOfArrays() : 0;
+  vtkSmartPointer<vtkPointSet> fitting = points;
+  std::string others;
+  for (int i = arrays - 1; i >= 0; --i)
+  {
+    vtkAbstractArray* array = points->GetPointData()->GetAbstractArray(i);
+    if (array->GetNumberOfTuples() == count)
+    {
+      continue;
+    }
+    if (others.empty())
+    {
+      fitting.TakeReference(points->NewInstance());
+      fitting->ShallowCopy(points);
+    }
+    fitting->GetPointData()->RemoveArray(i);
+    others += (others.empty() ? "" : ", ") +
+      std::string(array->GetName() ? array->GetName() : "without a name") + " (" +
+      std::to_string(array->GetNumberOfTuples()) + ")";
+  }
+  if (!others.empty())
+  {
+    vtkWarningWithObjectMacro(filter,
+      "Point arrays left out, which have not one value for each of the " << count
+                                                                         << " points: " << others);
+  }
+  return fitting;
 }
 
 vtkDataArray* FindNormals(vtkPointSet* input, const char* name)

@@ -7,6 +7,7 @@
 #include "SurfelData/SurfelCloudSource.h"
 
 #include "vtkNew.h"
+#include "vtkSmartPointer.h"
 #include "vtkType.h"
 
 #include <initializer_list>
@@ -14,6 +15,7 @@
 #include <utility>
 
 class vtkDataArray;
+class vtkObject;
 class vtkPointSet;
 
 namespace SurfelGeometry
@@ -22,6 +24,10 @@ namespace SurfelGeometry
 std::string CheckNumberOfPoints(vtkIdType points);
 
 using SurfelSplatting::ReadOrigin;
+
+/// The points; if some of their arrays have not one value for each point, a copy without these, of
+/// which the filter warns. @param points may be null
+vtkSmartPointer<vtkPointSet> WithFittingArrays(vtkPointSet* points, vtkObject* filter);
 
 /// The point array with this name; otherwise the active normals or the point array "Normals". Null
 /// if there is none, or it has not three components.

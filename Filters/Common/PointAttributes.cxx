@@ -76,10 +76,6 @@ void PassLeafAttributes(vtkPolyData* input, const TupleOrder& surfels, const Tup
   for (int i = 0; i < from->GetNumberOfArrays(); ++i)
   {
     vtkAbstractArray* source = from->GetAbstractArray(i);
-    if (source->GetNumberOfTuples() < input->GetNumberOfPoints())
-    {
-      continue; // not one tuple per point
-    }
     const TupleOrder& order = IsOfSurfels(source->GetName()) ? surfels : points;
     const int index = to->AddArray(Reorder(source, order, executor));
     const int attribute = from->IsArrayAnAttribute(i);

@@ -17,6 +17,7 @@ namespace SurfelGeometry
 using TupleOrder = std::vector<std::uint32_t>;
 
 /// Passes all point arrays in the order of the leaves; active attributes stay active.
+/// @param input   with one value for each point in all arrays (WithFittingArrays)
 /// @param surfels [leaves] tuples of the arrays of a SurfelOutput
 /// @param points  [leaves] tuples of the others
 void PassLeafAttributes(vtkPolyData* input, const TupleOrder& surfels, const TupleOrder& points,

@@ -258,7 +258,7 @@ void InterpolateSamples(vtkPolyData* mesh, const std::vector<MeshTriangle>& tria
   for (int i = 0; i < from->GetNumberOfArrays(); ++i)
   {
     vtkAbstractArray* array = from->GetAbstractArray(i);
-    if (array != normals && array->GetNumberOfTuples() == mesh->GetNumberOfPoints())
+    if (array != normals)
     {
       to->AddArray(sampler.Interpolate(array));
     }

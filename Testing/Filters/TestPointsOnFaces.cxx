@@ -2,6 +2,7 @@
 // Points on the faces of meshes; what they look like is tested by CommandLine.MeshFaces.
 #include "vtkPointsOnFaces.h"
 
+#include "SurfelTesting.h"
 #include "Testing/Shared/Check.h"
 
 #include "vtkCellArray.h"
@@ -113,6 +114,32 @@ TEST_CASE("Few points are made of few vertices, with normals or without")
     faces->SetMakeNormals(normals);
     faces->Update();
     CHECK_NEAR(static_cast<double>(faces->GetOutput()->GetNumberOfPoints()), 20.0, 4.0);
+  }
+}
+
+/// Reading on would read what is not there.
+TEST_CASE("Arrays with too few values are left out, and that is said")
+{
+  vtkNew<vtkPointsOnFaces> faces;
+  SurfelTesting::Messages messages(faces);
+  for (const char* name : { "Normals", "Colors" })
+  {
+    const vtkNew<vtkPolyData> mesh = TwoCubes();
+    vtkNew<vtkFloatArray> few;
+    few->SetName(name);
+    few->SetNumberOfComponents(3);
+    few->SetNumberOfTuples(2);
+    few->Fill(0.5);
+    mesh->GetPointData()->AddArray(few);
+    messages.Warnings.clear();
+    faces->SetInputData(mesh);
+    faces->Update();
+    vtkPointData* data = faces->GetOutput()->GetPointData();
+    CHECK(!data->HasArray("Colors"));
+    REQUIRE(data->GetNormals()); // made of the faces
+    CHECK(std::abs(data->GetNormals()->GetMaxNorm() - 1.0) < 1e-6);
+    REQUIRE(messages.Warnings.size() == 1);
+    CHECK(messages.Warnings[0].find(name) != std::string::npos);
   }
 }
 

@@ -2,6 +2,7 @@
 // Clouds that are broken, tiny, or degenerate: counted, said once, never NaN.
 #include "SurfelTesting.h"
 
+#include "vtkPointsToSurfels.h"
 #include "vtkSurfelEstimation.h"
 #include "vtkSurfelNormalization.h"
 
@@ -99,6 +100,39 @@ TEST_CASE("Bad points")
   CHECK(said.find("3 points") != std::string::npos);
   CHECK(said.find("2 dup") != std::string::npos);
   CHECK(run.Estimation->GetNumberOfTwoSidedSurfels() == 0);
+}
+
+/// Arrays without a value for each point are left out: once, by the first filter.
+TEST_CASE("Arrays of another length")
+{
+  const Sampled sphere = MakeSphere(1.0, 500, Random(2));
+  for (const vtkIdType count : { vtkIdType{ 10 }, vtkIdType{ 600 } })
+  {
+    for (const bool cleans : { false, true })
+    {
+      const vtkSmartPointer<vtkPolyData> points = ToPolyData(sphere.Points);
+      points->GetPoints()->SetPoint(7, points->GetPoint(8)); // so that points are copied
+      AddNormals(points, sphere.Normals);
+      vtkDataArray* normals = points->GetPointData()->GetNormals();
+      normals->SetName("Given");
+      normals->Resize(600);
+      normals->SetNumberOfTuples(count);
+      vtkNew<vtkPointsToSurfels> filter;
+      filter->SetCleanPoints(cleans);
+      filter->SetInputData(points);
+      Messages messages(filter);
+      filter->Update();
+      vtkPointData* data = filter->GetOutput()->GetPointData();
+      CHECK(filter->GetOutput()->GetNumberOfPoints() == 499);
+      CHECK(!data->HasArray("Given"));
+      CHECK(messages.Errors.empty());
+      REQUIRE(messages.Warnings.size() == 1);
+      const std::string said = messages.Warnings[0];
+      const std::size_t place = said.find("Given (" + std::to_string(count) + ")");
+      CHECK(place != std::string::npos);
+      CHECK(said.find("Given", place + 1) == std::string::npos);
+    }
+  }
 }
 
 /// Outliers: alone, and in a group.
