@@ -19,6 +19,7 @@
 #include <vtkSMPTools.h>
 #include <vtkUnsignedCharArray.h>
 
+#include <string>
 #include <vector>
 
 vtkStandardNewMacro(vtkSurfelMapper);
@@ -56,7 +57,7 @@ vtkDataArray* vtkSurfelMapper::GetFrameColors(bool linearLight)
   {
     return colors;
   }
-  vtkUnsignedCharArray* bytes = this->AreColorsTooLong() ? nullptr : this->MapScalars(1.0);
+  vtkUnsignedCharArray* bytes = this->HasWrongScalars() ? nullptr : this->MapScalars(1.0);
   if (!bytes || bytes->GetNumberOfComponents() != 4 ||
     bytes->GetNumberOfTuples() != input->GetNumberOfPoints())
   {
@@ -65,31 +66,38 @@ vtkDataArray* vtkSurfelMapper::GetFrameColors(bool linearLight)
   return linearLight ? static_cast<vtkDataArray*>(this->GetLinearColors(bytes)) : bytes;
 }
 
-/// Whether the scalars would be colours as they are, but have more components than a colour, with
-/// which VTK 9.1 crashes. Warns once.
-bool vtkSurfelMapper::AreColorsTooLong()
+/// Whether the scalars cannot colour the surfels: those that are colours as they are, with more
+/// components than a colour, make VTK 9.1 crash, and of those that are too few it would read more
+/// than there are. Warns once.
+bool vtkSurfelMapper::HasWrongScalars()
 {
   constexpr int mostComponents = 4;
-  if (!this->ScalarVisibility)
-  {
-    return false;
-  }
   int cellFlag = 0;
   auto* scalars = vtkDataArray::SafeDownCast(vtkAbstractMapper::GetAbstractScalars(this->GetInput(),
     this->ScalarMode, this->ArrayAccessMode, this->ArrayId, this->ArrayName, cellFlag));
+  if (!this->ScalarVisibility || !scalars)
+  {
+    return false;
+  }
   const bool areDirect = this->ColorMode == VTK_COLOR_MODE_DIRECT_SCALARS ||
     (this->ColorMode == VTK_COLOR_MODE_DEFAULT && vtkUnsignedCharArray::SafeDownCast(scalars));
-  const int components = scalars && areDirect ? scalars->GetNumberOfComponents() : 0;
-  if (components > mostComponents && !this->HasWarnedOfColors)
+  const int components = scalars->GetNumberOfComponents();
+  const vtkIdType values = scalars->GetNumberOfTuples();
+  const vtkIdType surfels = this->GetInput()->GetNumberOfPoints();
+  const bool isLong = areDirect && components > mostComponents;
+  if ((isLong || values != surfels) && !this->HasWarnedOfScalars)
   {
-    this->HasWarnedOfColors = true;
-    vtkWarningMacro("The scalars have "
-      << components
-      << " components, a colour at most 4: the "
-         "surfels take the property's colour. Choose other scalars, or map these: "
-         "SetColorModeToMapScalars().");
+    this->HasWarnedOfScalars = true;
+    const std::string problem = isLong
+      ? std::to_string(components) + " components, a colour at most 4"
+      : std::to_string(values) + " values for " + std::to_string(surfels) + " surfels";
+    vtkWarningMacro("The scalars "
+      << (scalars->GetName() ? scalars->GetName() : "") << " have " << problem
+      << ": the surfels take the property's colour. Choose other "
+         "scalars"
+      << (isLong ? ", or map these: SetColorModeToMapScalars()." : "."));
   }
-  return components > mostComponents;
+  return isLong || values != surfels;
 }
 
 /// Point scalars of type float or double with 3 or 4 components, as linear RGBA. Null unless the
@@ -223,7 +231,7 @@ void vtkSurfelMapper::RenderPiece(vtkRenderer* renderer, vtkActor* actor)
     return;
   }
   this->WarnOfDots(renderer);
-  this->Dots->Render(this, this->ScalarVisibility && !this->AreColorsTooLong(), renderer, actor);
+  this->Dots->Render(this, this->ScalarVisibility && !this->HasWrongScalars(), renderer, actor);
 }
 
 void vtkSurfelMapper::ProcessSelectorPixelBuffers(

@@ -130,7 +130,7 @@ private:
   vtkSurfelMapper(const vtkSurfelMapper&) = delete;
   void operator=(const vtkSurfelMapper&) = delete;
 
-  bool AreColorsTooLong();
+  bool HasWrongScalars();
   vtkFloatArray* GetDirectColors();
   vtkFloatArray* GetLinearColors(vtkUnsignedCharArray* bytes);
   void RenamePoints(vtkHardwareSelector* selector, const std::vector<unsigned int>& pixeloffsets);
@@ -146,7 +146,7 @@ private:
   vtkSmartPointer<vtkDataArray> LinearColorsSource;
   vtkTimeStamp LinearColorsTime;
   bool Splatted = false;
-  bool HasWarnedOfDots = false, HasWarnedOfColors = false;
+  bool HasWarnedOfDots = false, HasWarnedOfScalars = false;
   char* PointIdArrayName = nullptr;
   char* CompositeIdArrayName = nullptr;
 };

@@ -87,7 +87,7 @@ TEST_CASE_FIXTURE(NoMessages, "Scalars with more components than colours")
   scene.Actor->GetProperty()->SetColor(0.25, 0.5, 0.75);
   scene.Actor->GetProperty()->SetLighting(false);
   scene.Expect(0.25, 0.5, 0.75, 1.0);
-  CHECK(TakeMessages().find("The scalars have 6 components") != std::string::npos);
+  CHECK(TakeMessages().find("The scalars six have 6 components") != std::string::npos);
   scene.Window.Window->Render();
   CHECK(TakeMessages().empty()); // once
   scene.Window.Renderer->SetPass(nullptr);

@@ -11,6 +11,7 @@
 
 #include <vtkActor.h>
 #include <vtkCamera.h>
+#include <vtkDataArray.h>
 #include <vtkDoubleArray.h>
 #include <vtkFieldData.h>
 #include <vtkFloatArray.h>
@@ -99,6 +100,36 @@ TEST_CASE_FIXTURE(NoMessages, "Arrays missing or wrong")
   origin->InsertNextTuple2(1, 2);
   surfels->GetFieldData()->AddArray(origin);
   Contains(MessageOf(surfels), "SurfelOrigin");
+}
+
+/// Reading on would read what is not there, with the pass and as dots.
+TEST_CASE_FIXTURE(NoMessages, "Scalars of another length")
+{
+  for (const bool isByte : { false, true })
+  {
+    for (const bool withPass : { true, false })
+    {
+      const vtkSmartPointer<vtkPolyData> surfels = UnitSphere();
+      const vtkSmartPointer<vtkDataArray> few = vtkSmartPointer<vtkDataArray>::Take(
+        vtkDataArray::CreateDataArray(isByte ? VTK_UNSIGNED_CHAR : VTK_FLOAT));
+      few->SetName("Few");
+      few->SetNumberOfComponents(3);
+      few->SetNumberOfTuples(10);
+      few->Fill(0.0);
+      surfels->GetPointData()->SetScalars(few);
+      const vtkSmartPointer<vtkActor> actor = SurfelActor(surfels);
+      actor->GetMapper()->SetColorModeToDirectScalars();
+      Scene scene(60, 60, 0, withPass);
+      scene.Renderer->AddActor(actor);
+      scene.See(FrontCamera(6.0));
+      scene.Render();
+      CHECK(At(scene.Render(), 30, 30, 0) > 240);
+      const std::string said = TakeMessages();
+      Contains(said, "Few have 10 values for 4000 surfels");
+      const std::size_t again = said.find("Few", said.find("Few") + 1);
+      CHECK(again == std::string::npos);
+    }
+  }
 }
 
 TEST_CASE_FIXTURE(NoMessages, "Empty input")
