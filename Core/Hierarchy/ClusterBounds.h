@@ -3,10 +3,11 @@
  * Bounds of a hierarchy's nodes, computed once. Each frame selects its cut from them
  * (HierarchyCut.h).
  *
- * A cut is selected in groups of up to 64 nodes: a whole subtree is drawn at one level, which its
- * largest and its least coherent node determine. There is one entry for each cluster of 64 leaves
- * and for each node above. A frame reads only these entries, and descends only until all nodes of a
- * group are fine enough. They can also come from a file, in which they look as they do in memory.
+ * A cut is selected in groups of up to 64 nodes: a whole subtree is drawn at one level, which the
+ * extent of its nodes (NodeExtent) and the least coherent one determine. There is one entry for
+ * each cluster of 64 leaves and for each node above. A frame reads only these entries, and descends
+ * only until a group is fine enough. They can also come from a file, in which they look as they do
+ * in memory.
  */
 #pragma once
 

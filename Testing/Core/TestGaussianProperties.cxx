@@ -535,7 +535,17 @@ TEST_CASE("Boxes of runs")
       context.Camera = LookAt(from, to, random.Direction(), random.Uniform(20.0, 90.0), 256, 256);
       context.Optics.FocalDistance = distance * random.Uniform(0.5, 2.0);
       context.Optics.Radius = i % 3 == 0 ? 0.0 : distance * random.Uniform(0.001, 0.1);
-      const CutCamera camera{ context.Camera, context.Optics, std::sqrt(reach), SpacePrefilter };
+      context.Optics.Shape = i % 5 == 1 ? LensShape{ 2.0, 0.5, 0.0 } : LensShape();
+      context.Camera.Fy *= i % 6 == 5 ? 0.5 : 1.0;
+      if (i % 7 == 1) // the paper's lens has the most variance
+      {
+        context.Settings.Kernel = KernelType::Gaussian;
+        context.Settings.Cutoff = 20.0;
+      }
+      const double variance =
+        DefocusVariance(context.Settings.Kernel, 1.0, TruncatedGaussian(context.Settings.Cutoff));
+      const CutCamera camera{ context.Camera, context.Optics, std::sqrt(reach), SpacePrefilter,
+        variance };
       SplatMaker maker;
       maker.Set(context, cloud);
       CutWork work;
