@@ -5,10 +5,8 @@ import math
 
 import numpy as np
 
-from ..backend import vtk
+from ..vtkarrays import to_numpy
 from .focus import LEAST_SEEN, one_sharp_picture, plane_of
-
-vtk_to_numpy = vtk("util.numpy_support").vtk_to_numpy
 
 BLOCK = 8  # px, of parts of a picture in which small Gaussians would be close to one another
 WIDE = 0.5  # part of the picture over which what is seen spreads
@@ -25,7 +23,7 @@ def _densest(alpha):
 
 def _width(capture, renderer):
     """Of the median Gaussian, px: two standard deviations along the axis with most, at the focal point"""
-    covariances = vtk_to_numpy(capture.GetPointData().GetArray("GaussianCovariance"))
+    covariances = to_numpy(capture.GetPointData().GetArray("GaussianCovariance"))
     deviation = math.sqrt(max(0.0, np.median(covariances[:, :3].max(axis=1))))
     camera = renderer.GetCamera()
     height = 2 * math.tan(math.radians(camera.GetViewAngle()) / 2) * camera.GetDistance()
@@ -49,7 +47,7 @@ def why_faint(capture, renderer, update):
     densest = _densest(alpha)
     if densest >= HARDLY:
         return None
-    why = (f"half of its Gaussians have an opacity below {np.median(vtk_to_numpy(opacities)):.2g}"
+    why = (f"half of its Gaussians have an opacity below {np.median(to_numpy(opacities)):.2g}"
            if alpha.max() < HARDLY else
            f"half of its Gaussians are less than {_width(capture, renderer):.2g} px wide, with gaps "
            "between them, as where points became Gaussians without training")

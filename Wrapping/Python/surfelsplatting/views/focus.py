@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..backend import vtk
 from ..problems import UserProblem
+from ..vtkarrays import to_numpy
 from ..vtkmessages import errors_of
 from .cameras import LARGEST_BLUR, Wishes, dot, subtract
 from .framing import FRONT, MIDDLE
@@ -50,8 +50,7 @@ def _update(renderer):
 
 def plane_of(renderer, name):
     """[height, width] of the picture, top row first; the last component"""
-    values = vtk("util.numpy_support").vtk_to_numpy(
-        renderer.GetOutput().GetPointData().GetArray(name))
+    values = to_numpy(renderer.GetOutput().GetPointData().GetArray(name))
     width, height = renderer.GetSize()
     return values.reshape(height, width, -1)[::-1, :, -1]
 

@@ -6,14 +6,12 @@ from functools import cached_property
 
 import numpy as np
 
-from ..backend import vtk
 from ..problems import UserProblem
 from ..surfels import is_model
+from ..vtkarrays import to_numpy
 from .rooms import facing_of, profile_of
 from .surfaces import Surface
 from .turning import lengths
-
-vtk_to_numpy = vtk("util.numpy_support").vtk_to_numpy
 
 FAR = 4.0  # x and y over the diagonal of a cloud that is far from the origin
 LARGEST_CLOUD = 1e15  # the camera is farther away, and squares must stay in float's range
@@ -149,7 +147,7 @@ def _scattered(points, most):
 def _every_so_many(surfels, most):
     """-> points, area vectors, whether they are two-sided, covariances or None"""
     data = surfels.GetPointData()
-    places = vtk_to_numpy(surfels.GetPoints().GetData())
+    places = to_numpy(surfels.GetPoints().GetData())
     if data.HasArray("GaussianCovariance"):  # no surface, so that no direction is outside
         some = _some_of(surfels, most)
         points = _doubles_of(places[some])
@@ -158,7 +156,7 @@ def _every_so_many(surfels, most):
     some = _scattered(places, most)
     points = _doubles_of(places[some])
     two_sided = data.GetArray("SurfelTwoSided")
-    two_sided = (vtk_to_numpy(two_sided)[some].astype(bool) if two_sided
+    two_sided = (to_numpy(two_sided)[some].astype(bool) if two_sided
                  else np.zeros(len(points), bool))
     covariances = data.GetArray("SurfelCovariance")
     return (points, _doubles(data.GetArray("SurfelAreaVector"), some), two_sided,
@@ -183,7 +181,7 @@ def _doubles_of(values):
 
 
 def _doubles(array, some=slice(None)):
-    return _doubles_of(vtk_to_numpy(array)[some])
+    return _doubles_of(to_numpy(array)[some])
 
 
 def _in_all(of_axes):

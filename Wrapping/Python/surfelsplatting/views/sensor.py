@@ -7,11 +7,8 @@ from typing import Optional
 
 import numpy as np
 
-from ..backend import vtk
+from ..vtkarrays import named_array, to_numpy
 from .turning import unit
-
-numpy_to_vtk = vtk("util.numpy_support").numpy_to_vtk
-vtk_to_numpy = vtk("util.numpy_support").vtk_to_numpy
 
 # Field arrays, one for each value of Sensor; see DataContract.md.
 ARRAYS = ("ScanSensorPlace", "ScanSensorDirection", "ScanSensorUp", "ScanSensorSpread")
@@ -52,7 +49,7 @@ def _rays(cloud):
     while math.gcd(step, cloud.columns) > 1:
         step += 1
     ids = np.arange(0, count, step)
-    points = vtk_to_numpy(cloud.data.GetPoints().GetData())[ids].astype(np.float64)
+    points = to_numpy(cloud.data.GetPoints().GetData())[ids].astype(np.float64)
     rays = points - np.asarray(cloud.viewpoint)
     length = np.linalg.norm(rays, axis=1)
     keep = np.isfinite(length) & (length > 0)
@@ -129,7 +126,7 @@ def _sensor_of_image(cloud):
     it has seen, which is a part of its image if somebody has cut it out."""
     forward, up = cloud.image
     right = np.cross(forward, up)
-    points = vtk_to_numpy(cloud.data.GetPoints().GetData()).astype(np.float64)
+    points = to_numpy(cloud.data.GetPoints().GetData()).astype(np.float64)
     with np.errstate(invalid="ignore", divide="ignore"):
         slopes = points @ np.stack([right, up], axis=1) / (points @ forward)[:, None]
     slopes = slopes[np.isfinite(slopes).all(axis=1)]
@@ -154,7 +151,7 @@ def _values_of(surfels, name, count):
     array = surfels.GetFieldData().GetArray(name)
     if not array or array.GetNumberOfValues() != count or array.GetDataTypeAsString() != "double":
         return None
-    values = vtk_to_numpy(array).ravel().astype(np.float64)
+    values = to_numpy(array).ravel().astype(np.float64)
     return values if np.isfinite(values).all() else None
 
 
@@ -189,6 +186,4 @@ def keep_sensor(cloud, surfels):
     sensor = _sensor_of(cloud)
     for name, values in zip(ARRAYS, astuple(sensor) if sensor else ()):
         if values is not None:
-            array = numpy_to_vtk(values.reshape(1, -1), deep=True)
-            array.SetName(name)
-            surfels.GetFieldData().AddArray(array)
+            surfels.GetFieldData().AddArray(named_array(name, values.reshape(1, -1)))

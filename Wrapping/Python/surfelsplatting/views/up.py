@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..backend import vtk
 from ..clouds.polydata import polydata_of
 from ..surfels import make_surfels
+from ..vtkarrays import to_numpy
 from .rooms import height_axis, is_room, may_be_room
 from .samples import ENOUGH
 from .surfaces import Surface, found_once, heights_along
@@ -346,7 +346,7 @@ def _surface_of(samples):
             surfels = make_surfels(polydata_of(centers, {}), hierarchy=False)
     except (RuntimeError, ValueError):  # they are no surface
         return None
-    to_numpy, data = vtk("util.numpy_support").vtk_to_numpy, surfels.GetPointData()
+    data = surfels.GetPointData()
     return Surface(to_numpy(surfels.GetPoints().GetData()).astype(float),
                    to_numpy(data.GetArray("SurfelAreaVector")).astype(float),
                    to_numpy(data.GetArray("SurfelTwoSided")).astype(bool))
