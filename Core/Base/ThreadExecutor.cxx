@@ -2,6 +2,7 @@
 #include "Core/Base/ThreadExecutor.h"
 
 #include <algorithm>
+#include <exception>
 #include <thread>
 #include <vector>
 
@@ -16,9 +17,17 @@ void ThreadExecutor::For(std::size_t size, std::size_t grain, const RangeFunctio
 {
   LoopPieces pieces(size, grain, function);
   std::vector<std::thread> threads;
-  for (unsigned int i = 1; i < this->NumberOfThreads; ++i)
+  threads.reserve(this->NumberOfThreads - 1);
+  try
   {
-    threads.emplace_back([&pieces] { pieces.Run(); });
+    for (unsigned int i = 1; i < this->NumberOfThreads; ++i)
+    {
+      threads.emplace_back([&pieces] { pieces.Run(); });
+    }
+  }
+  catch (const std::exception&)
+  {
+    // The system starts no more threads; those that run do the work.
   }
   pieces.Run();
   for (std::thread& thread : threads)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * An executor on threads of the standard library, which it starts for each call.
+ * An executor on threads of the standard library, which it starts for each call; on fewer if the
+ * system does not start as many.
  */
 #pragma once
 

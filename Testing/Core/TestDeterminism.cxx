@@ -6,7 +6,10 @@
 #include "TestScene.h"
 #include "Testing/Shared/Check.h"
 
+#include <algorithm>
 #include <new>
+
+#include <pthread.h>
 
 using namespace SurfelSplatting;
 
@@ -57,6 +60,24 @@ TEST_CASE("Exceptions")
     }
     CHECK(caught);
   }
+}
+
+/// Where the system starts no more threads, those that there are do the work.
+TEST_CASE("No more threads")
+{
+  pthread_attr_t before, huge;
+  REQUIRE(pthread_getattr_default_np(&before) == 0);
+  pthread_attr_init(&huge);
+  REQUIRE(pthread_attr_setstacksize(&huge, std::size_t(1) << 50) == 0);
+  REQUIRE(pthread_setattr_default_np(&huge) == 0);
+  std::vector<int> done(1000, 0);
+  ThreadExecutor(8).For(done.size(), 10, [&done](std::size_t begin, std::size_t end) {
+    std::fill(done.begin() + begin, done.begin() + end, 1);
+  });
+  pthread_setattr_default_np(&before);
+  pthread_attr_destroy(&huge);
+  pthread_attr_destroy(&before);
+  CHECK(std::count(done.begin(), done.end(), 1) == 1000);
 }
 
 TEST_CASE("Threads and order of work")
