@@ -12,14 +12,14 @@
  * Steps:
  * 1. Points that are not finite and exact duplicates are dropped.
  * 2. A k-d tree (FLANN's) finds the neighbours of each point: the NumberOfNeighbors nearest, or
- * those within Radius. Their covariance gives the normal and the area that the point represents;
- * the spacing is the square root of that area.
+ *    those within Radius. Their covariance gives the normal and the area that the point represents;
+ *    the spacing is the square root of that area.
  * 3. Normals are turned outward, see OrientationMode. A surfel whose outside is unknown is marked
  *    two-sided: a wrong outside makes a hole in the picture.
  * 4. The reconstruction kernel is a Gaussian in the tangent plane, made from the point's Voronoi
  *    cell on the surface, or from the spacing alone: see KernelMode. Kernels of cells move along
  *    the normal by a part of the spacing, onto the surface that the normals describe: noise
- * shrinks.
+ *    shrinks.
  *
  * Problems are counted (see the GetNumberOf... methods) and reported in one warning.
  *

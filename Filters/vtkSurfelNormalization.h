@@ -12,11 +12,11 @@
  *
  * Kernels of another sheet do not count: those whose plane is too far away (NormalOffset), those
  * whose normals differ by more than 134 degrees, and pairs of which only one surfel is two-sided.
- * At folds, as at the edges of boxes, kernels of the other side are those of the
- * unrolled surface. Where the plane is not farther than three times NormalOffset, sheets such as
- * leaves and the layers of a noisy scan overlap: in focus the nearest hides the others, but a lens
- * blurs them together, and their sum would be too large. SurfelOverlap is the share of the sum that
- * is not of the surfel's own sheet.
+ * At folds, as at the edges of boxes, kernels of the other side are those of the unrolled surface.
+ * Where the plane is not farther than three times NormalOffset, sheets such as leaves and the
+ * layers of a noisy scan overlap: in focus the nearest hides the others, but a lens blurs them
+ * together, and their sum would be too large. SurfelOverlap is the share of the sum that is not of
+ * the surfel's own sheet.
  *
  * The result does not depend on the number of threads, nor on a renderer's cut-off. Several
  * processes with a controller weight the surfels of one cloud together, as in vtkSurfelEstimation;
