@@ -82,6 +82,22 @@ class TestDataSets(ToolCase):
                                           "Z_COORDINATES 1 double\n512.789\n"))
         np.testing.assert_array_equal(places_of(cloud)[3], [691001.5, 5334001, 512.789])
 
+    def test_arrays_of_another_length(self):
+        """They are left out, which is said: nobody can tell whose values they are."""
+        fields = [("Normals", 3, 2), ("ToScanner", 3, 9), ("rgb", 4, 1), ("short", 1, 3), ("good", 1, 4)]
+        text = "".join(f"{name} {width} {rows} float\n{'1 ' * (width * rows)}\n"
+                       for name, width, rows in fields)
+        for geometry in ("POLYDATA\n", "UNSTRUCTURED_GRID\n", "STRUCTURED_GRID\nDIMENSIONS 2 2 1\n"):
+            path = write("a.vtk", "# vtk DataFile Version 3.0\nby hand\nASCII\nDATASET " + geometry
+                         + f"POINTS 4 double\n{text_of(POINTS)}\n"
+                         + f"POINT_DATA 4\nFIELD more {len(fields)}\n{text}")
+            cloud = read_cloud(path, self.messages, Silent())
+            self.assertEqual(list(arrays_of(cloud.data)), ["good"])
+            self.assertEqual(cloud.how, "left out, as they do not have a value for each point: Normals, "
+                             "ToScanner, rgb, short")
+            self.assertTrue(cloud.is_unsure)
+        self.assertEqual(self.tool("info", "a.vtk"), f"surfelsplat: a.vtk: {cloud.how}\n")
+
     def test_vti(self):
         cloud = self.read("a.vti", """<VTKFile type="ImageData" version="0.1"><ImageData
  WholeExtent="0 1 0 1 0 0" Origin="691000.125 5334000.5 512" Spacing="0.25 0.5 1">

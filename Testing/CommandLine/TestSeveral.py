@@ -20,6 +20,13 @@ def columns_of(points, **more):
         (name, values, "f4") for name, values in more.items()]
 
 
+def joined(names):
+    """-> vtkPolyData"""
+    progress = mock.Mock()
+    progress.update = lambda algorithm, _label: algorithm.Update()
+    return read_clouds(names, mock.Mock(), progress).data
+
+
 class TestSeveral(ToolCase):
     def picture(self, *clouds):
         self.render(*clouds, *CAMERA, *SMALL, "-o", "out.exr")
@@ -80,9 +87,7 @@ class TestSeveral(ToolCase):
         write_ply("a.ply", points[:1400], colors[:1400])
         write_ply("b.ply", points[1400:])
         for names in (("a.ply", "b.ply"), ("b.ply", "a.ply")):
-            progress = mock.Mock()
-            progress.update = lambda algorithm, _label: algorithm.Update()
-            cloud = read_clouds(names, mock.Mock(), progress).data
+            cloud = joined(names)
             self.assertEqual(cloud.GetPointData().GetScalars().GetName(), "RGB")
             found = arrays_of(cloud)["RGB"][np.argsort(-places_of(cloud)[:, 2])]
             np.testing.assert_array_equal(found[:1400], colors[:1400])
@@ -98,6 +103,15 @@ class TestSeveral(ToolCase):
         report = self.report("a.pcd", "b.pcd")
         np.testing.assert_allclose(report["scanners"]["places"], places, atol=1e-3)
         self.assertGreater(report["scanners"]["known"], 0.99)
+
+    def test_scanners_are_places(self):
+        """An array of one number that has the name of the ways to the scanners tells none."""
+        points, _ = sphere(100)
+        write_pcd("a.pcd", columns_of(points, ToScanner=points[:, 0]), "binary")
+        write_pcd("b.pcd", columns_of(points), "binary", viewpoint="9 0 0 1 0 0 0")
+        ways = arrays_of(joined(["a.pcd", "b.pcd"]))["ToScanner"]
+        np.testing.assert_array_equal(ways[:100], 0)
+        np.testing.assert_allclose(ways[100:] + points, np.broadcast_to((9, 0, 0), (100, 3)), atol=1e-5)
 
     def test_only_points_are_joined(self):
         points, colors = sphere(300)

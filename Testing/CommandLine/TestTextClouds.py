@@ -36,7 +36,8 @@ class TestTextClouds(ToolCase):
     def test_degrees_become_metres(self):
         """A minute of latitude is a sea mile, about 1852 m, and one of longitude at the equator; at 60
         degrees half of it."""
-        for header in ("lon,lat,alt", "Longitude, Latitude, Height", "latitude,longitude,elevation"):
+        for header in ("lon,lat,alt", "Longitude, Latitude, Height", "latitude,longitude,elevation",
+                       "# lon,lat,alt", "//Longitude,Latitude,Height"):
             for latitude, wide, long in ((0, 1855.3, 1842.9), (60, 930.0, 1856.9)):
                 rows = np.array([[11, latitude, 500], [11 + 1 / 60, latitude, 510],
                                  [11, latitude + 1 / 60, 520]])

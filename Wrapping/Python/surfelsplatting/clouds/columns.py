@@ -100,7 +100,7 @@ def by_names(names, table):
 
 
 def has_places(names):
-    return set(XYZ) <= {_known(name) for name in names}
+    return any(set(XYZ) <= set(known) for known in (map(_known, names), _known_degrees(names)))
 
 
 def _are_normals(triple):

@@ -84,7 +84,7 @@ def _use_colors(cloud):
     for number in range(data.GetNumberOfArrays()):
         if (data.GetArrayName(number) or "").lower() in COLOR_NAMES:
             colors = color_bytes(data.GetArray(number))
-            if colors is not None:
+            if colors is not None and colors.GetNumberOfTuples() == cloud.GetNumberOfPoints():
                 data.SetScalars(colors)
                 return
 

@@ -75,6 +75,21 @@ def _with_image(cloud):
     return cloud
 
 
+def _with_fitting_arrays(data):
+    """-> the vtkDataSet without point arrays that do not have a value for each point; what to say of it"""
+    arrays, count = data.GetPointData(), data.GetNumberOfPoints()
+    numbers = [number for number in range(arrays.GetNumberOfArrays())
+               if arrays.GetAbstractArray(number).GetNumberOfTuples() != count]
+    if not numbers:
+        return data, ""
+    fitting = data.NewInstance()  # who gave it may need it
+    fitting.ShallowCopy(data)
+    for number in reversed(numbers):
+        fitting.GetPointData().RemoveArray(number)
+    names = ", ".join(str(arrays.GetArrayName(number)) for number in numbers)
+    return fitting, f"left out, as they do not have a value for each point: {names}"
+
+
 def cloud_of(data, how=""):
     """-> Cloud of the points of a vtkDataSet, or of points on its faces where they tell more"""
     from .datasets import as_polydata
@@ -83,14 +98,17 @@ def cloud_of(data, how=""):
     cloud = Cloud(data, how=how)
     if cloud.is_drawable or not (data.IsA("vtkPolyData") or data.IsA("vtkUnstructuredGrid")):
         return cloud
-    cloud = _with_image(cloud)
+    data, left_out = _with_fitting_arrays(data)
+    cloud = _with_image(Cloud(data, how="; ".join(filter(None, (how, left_out))),
+                              is_unsure=bool(left_out)))
     if cloud.image:
         return cloud
     sampled = on_faces(as_polydata(data))
     if sampled is None:
         return cloud
     note_model(sampled.data, sampled.is_model or is_model(data))
-    return Cloud(sampled.data, how=sampled.why, parts=sampled.parts)
+    return Cloud(sampled.data, how="; ".join(filter(None, (sampled.why, left_out))),
+                 is_unsure=bool(left_out), parts=sampled.parts)
 
 
 def _of_vertices(data, how=""):

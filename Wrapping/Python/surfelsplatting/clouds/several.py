@@ -88,7 +88,7 @@ def _join_ways(clouds, whole):
     begin = 0
     for cloud, array in zip(clouds, arrays):
         end = begin + cloud.data.GetNumberOfPoints()
-        if array:
+        if array and array.GetNumberOfComponents() == 3:
             ways[begin:end] = to_numpy(array)
         begin = end
     whole.GetPointData().SetVectors(named_array(TO_SCANNER, ways))
