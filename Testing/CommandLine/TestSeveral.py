@@ -8,11 +8,13 @@ from unittest import mock
 
 import numpy as np
 
+from surfelsplatting.clouds.polydata import polydata_of
 from surfelsplatting.clouds.several import read_clouds
+from surfelsplatting.vtkarrays import named_array
 from TestReader import write_pcd
 from stationclouds import Scene
 from toolcase import (CAMERA, SMALL, ToolCase, arrays_of, content_of, places_of, sphere, write,
-                      write_ply)
+                      write_data, write_ply)
 
 
 def columns_of(points, **more):
@@ -112,6 +114,18 @@ class TestSeveral(ToolCase):
         ways = arrays_of(joined(["a.pcd", "b.pcd"]))["ToScanner"]
         np.testing.assert_array_equal(ways[:100], 0)
         np.testing.assert_allclose(ways[100:] + points, np.broadcast_to((9, 0, 0), (100, 3)), atol=1e-5)
+
+    def test_fields_of_another_shape_tell_nothing(self):
+        """What is up, and the middle of degrees, in files that others have written."""
+        points = polydata_of(sphere(100)[0], {})
+        for name in ("ScanUp", "ModelUp", "DegreesMiddle"):
+            for shape in ((0, 3), (1, 1), (3, 2)):
+                points.GetFieldData().Initialize()
+                points.GetFieldData().AddArray(named_array(name, np.ones(shape)))
+                write_data("a.vtp", points)
+                found = joined(["a.vtp", "a.vtp"])
+                np.testing.assert_array_equal(places_of(found)[100:], places_of(points))
+                self.assertFalse(found.GetFieldData().HasArray("DegreesMiddle"))
 
     def test_only_points_are_joined(self):
         points, colors = sphere(300)

@@ -44,8 +44,15 @@ def cloud_of_degrees(places, arrays):
     return data
 
 
+def _middle(data):
+    """-> longitude and latitude, or None of metres"""
+    array = data.GetFieldData().GetArray(MIDDLE)
+    is_one = array and (array.GetNumberOfComponents(), array.GetNumberOfTuples()) == (2, 1)
+    return array.GetTuple(0) if is_one else None
+
+
 def has_degrees(data):
-    return data.GetFieldData().HasArray(MIDDLE) != 0
+    return _middle(data) is not None
 
 
 def beside_first(clouds, places):
@@ -60,7 +67,6 @@ def beside_first(clouds, places):
         degrees = next(cloud.path for cloud in clouds if has_degrees(cloud.data))
         raise UserProblem(f"{degrees} is in degrees, but {metres[0]} is not; bring them into the same "
                           "coordinates, for example with `pdal translate`")
-    middles = [np.append(cloud.data.GetFieldData().GetArray(MIDDLE).GetTuple(0), 0.0)
-               for cloud in clouds]
+    middles = [np.append(_middle(cloud.data), 0.0) for cloud in clouds]
     return [(part / _metres_per_degree(middle) + middle - middles[0]) * _metres_per_degree(middles[0])
             for part, middle in zip(places, middles)]

@@ -97,7 +97,8 @@ def _join_ways(clouds, whole):
 def _join_fields(clouds, whole):
     for name in COMMON_FIELDS:
         arrays = [cloud.data.GetFieldData().GetArray(name) for cloud in clouds]
-        if all(arrays) and len({array.GetTuple(0) for array in arrays}) == 1:
+        is_in_all = all(array and array.GetNumberOfTuples() == 1 for array in arrays)
+        if is_in_all and len({array.GetTuple(0) for array in arrays}) == 1:
             whole.GetFieldData().AddArray(arrays[0])
 
 
