@@ -5,6 +5,7 @@
 #include "vtkPointsToSurfels.h"
 #include "vtkSurfelEstimation.h"
 #include "vtkSurfelNormalization.h"
+#include "vtkUnsignedCharArray.h"
 
 #include <chrono>
 #include <limits>
@@ -131,6 +132,33 @@ TEST_CASE("Arrays of another length")
       const std::size_t place = said.find("Given (" + std::to_string(count) + ")");
       CHECK(place != std::string::npos);
       CHECK(said.find("Given", place + 1) == std::string::npos);
+    }
+  }
+}
+
+/// Bytes that have the name of an array of surfels, which takes their place, are no colours.
+TEST_CASE("Bytes under the name of surfels")
+{
+  const Sampled sphere = MakeSphere(1.0, 500, Random(3));
+  for (const char* name :
+    { "SurfelAreaVector", "SurfelTwoSided", "SurfelOverlap", "SurfelCovariance" })
+  {
+    for (const bool cleans : { false, true })
+    {
+      const vtkSmartPointer<vtkPolyData> points = ToPolyData(sphere.Points);
+      vtkNew<vtkUnsignedCharArray> bytes;
+      bytes->SetName(name);
+      bytes->SetNumberOfComponents(3);
+      bytes->SetNumberOfTuples(points->GetNumberOfPoints());
+      bytes->Fill(9);
+      points->GetPointData()->AddArray(bytes);
+      vtkNew<vtkPointsToSurfels> filter;
+      filter->SetCleanPoints(cleans);
+      filter->SetInputData(points);
+      filter->Update();
+      const Surfels surfels(filter->GetOutput());
+      CHECK(surfels.HasArrays());
+      CHECK(surfels.TotalArea() > 12.0);
     }
   }
 }
