@@ -66,10 +66,13 @@ std::string CheckParticles(const Particles& particles, const char* radiusArrayNa
   {
     return "The points have no scalars. Choose an array with SetInputArrayToProcess().";
   }
-  if (radiusArrayName && (!particles.Radii || particles.Radii->GetNumberOfComponents() != 1))
+  if (radiusArrayName &&
+    (!particles.Radii || particles.Radii->GetNumberOfComponents() != 1 ||
+      particles.Radii->GetNumberOfTuples() != count))
   {
     return std::string("The points have no array \"") + radiusArrayName +
-      "\" of one component. Set RadiusArrayName to the name of an array of the points, or to "
+      "\" of one component with a value for each. Set RadiusArrayName to the name of an array of "
+      "the points, or to "
       "nothing and set Radius.";
   }
   if (!radiusArrayName && !(particles.Radius > 0.0))

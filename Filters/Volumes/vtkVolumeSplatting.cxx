@@ -203,10 +203,13 @@ int vtkVolumeSplatting::SplatImage(vtkInformation* input, const ImageScalars& sc
   vtkDataArray* gradients = this->GradientArrayName
     ? image->GetPointData()->GetArray(this->GradientArrayName)
     : scalars.Array;
-  if (!gradients && isShaded)
+  const bool areGradients =
+    gradients && gradients->GetNumberOfTuples() == image->GetNumberOfPoints();
+  if (isShaded && !areGradients)
   {
-    vtkErrorMacro("The points have no array '" << this->GradientArrayName
-                                               << "': choose one with SetGradientArrayName().");
+    vtkErrorMacro("The points have no array '"
+      << this->GradientArrayName
+      << "' with a value for each: choose one with SetGradientArrayName().");
     return 0;
   }
   const NormalSource normals{ gradients, OutsideScalar(this->VolumeProperty->GetScalarOpacity(0)),

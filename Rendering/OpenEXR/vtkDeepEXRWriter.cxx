@@ -51,11 +51,17 @@ public:
         "the picture has no deep samples (point array SampleCount, field data array DeepSamples of "
         "5 or 6 floats): switch them on with GetSplatter()->DeepSamplesOn().");
     }
-    this->Firsts.push_back(0);
-    for (vtkIdType pixel = 0; pixel < this->Counts->GetNumberOfTuples(); ++pixel)
+    const vtkIdType pixels = image->GetNumberOfPoints();
+    if (this->Counts->GetNumberOfTuples() != pixels)
     {
-      this->Firsts.push_back(
-        this->Firsts.back() + static_cast<vtkIdType>(this->Counts->GetComponent(pixel, 0)));
+      throw std::runtime_error("SampleCount has " +
+        std::to_string(this->Counts->GetNumberOfTuples()) + " values for " +
+        std::to_string(pixels) + " pixels.");
+    }
+    this->Firsts.push_back(0);
+    for (vtkIdType pixel = 0; pixel < pixels; ++pixel)
+    {
+      this->Firsts.push_back(this->Firsts.back() + this->Count(pixel));
     }
     if (this->Firsts.back() != this->Samples->GetNumberOfTuples())
     {
@@ -86,6 +92,19 @@ public:
   const int Width, Height;
 
 private:
+  /// Throws std::runtime_error if it is none.
+  vtkIdType Count(vtkIdType pixel) const
+  {
+    const double count = this->Counts->GetComponent(pixel, 0);
+    if (!(count >= 0.0 && count <= static_cast<double>(this->Samples->GetNumberOfTuples())))
+    {
+      throw std::runtime_error("SampleCount has the value " + std::to_string(count) +
+        ", which is no part of the " + std::to_string(this->Samples->GetNumberOfTuples()) +
+        " tuples of DeepSamples.");
+    }
+    return static_cast<vtkIdType>(count);
+  }
+
   vtkDataArray* Counts;
   vtkFloatArray* Samples;
   std::vector<vtkIdType> Firsts; // [pixels + 1]

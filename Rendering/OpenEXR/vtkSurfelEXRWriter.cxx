@@ -49,9 +49,10 @@ std::vector<float> TopDownPlane(
   return plane;
 }
 
-bool IsChannel(vtkDataArray* array)
+bool IsChannel(vtkDataArray* array, vtkIdType pixels)
 {
-  return array->GetNumberOfComponents() == 1 || array->GetNumberOfComponents() == 3;
+  const int components = array->GetNumberOfComponents();
+  return (components == 1 || components == 3) && array->GetNumberOfTuples() == pixels;
 }
 
 void AddPlane(
@@ -116,6 +117,11 @@ Planes vtkSurfelEXRWriter::Internals::CollectPlanes(vtkImageData* image, bool al
     throw std::runtime_error(
       "the picture's scalars must have 3 or 4 components, not " + std::to_string(components) + ".");
   }
+  const vtkIdType pixels = image->GetNumberOfPoints();
+  if (colors->GetNumberOfTuples() != pixels)
+  {
+    throw std::runtime_error("the picture's scalars do not have a value for each pixel.");
+  }
   const int* size = image->GetDimensions();
   Planes planes;
   const double largest = LargestValue(colors);
@@ -127,10 +133,11 @@ Planes vtkSurfelEXRWriter::Internals::CollectPlanes(vtkImageData* image, bool al
   for (const auto& channel : this->Channels)
   {
     vtkDataArray* array = data->GetArray(channel.first.c_str());
-    if (!array || !IsChannel(array))
+    if (!array || !IsChannel(array, pixels))
     {
       throw std::runtime_error("the picture has no point array " + channel.first +
-        " of one or three components for channel " + channel.second + ".");
+        " of one or three components, and a value for each pixel, for channel " + channel.second +
+        ".");
     }
     AddPlanes(array, channel.second, size, planes);
     added.insert(array);
@@ -138,7 +145,7 @@ Planes vtkSurfelEXRWriter::Internals::CollectPlanes(vtkImageData* image, bool al
   for (int i = 0; allChannels && i < data->GetNumberOfArrays(); ++i)
   {
     vtkDataArray* array = data->GetArray(i);
-    if (array && array->GetName() && IsChannel(array) && added.insert(array).second)
+    if (array && array->GetName() && IsChannel(array, pixels) && added.insert(array).second)
     {
       AddPlanes(array, SurfelSplatting::ChannelOfArray(array->GetName()), size, planes);
     }

@@ -18,6 +18,7 @@ from surfelsplatting import (vtkDeepEXRWriter, vtkPointsToSurfels, vtkSurfelImag
 from surfelsplatting.clouds.polydata import polydata_of
 from surfelsplatting.transfer import make_property
 from volumefiles import ball, make_image, write_image
+from surfelsplatting.vtkarrays import named_array
 from toolcase import CAMERA, SMALL, ToolCase, arrays_of, sphere, write_ply
 
 FLOAT, ZIPS, NO_STATE, TIDY = 2, 2, -1, 3  # OpenEXR's numbers; -1 is DumpEXR's
@@ -181,6 +182,11 @@ class TestDeepEXR(ToolCase):
         self.refuse_to_write(self.writer(flat), "DeepSamplesOn")
         image = deep_image(np.ones((2, 2)), np.ones((3, 5)))
         self.refuse_to_write(self.writer(image), "SampleCount sums to 4, but DeepSamples has 3 tuples")
+        image = deep_image(np.ones((1, 3)), np.ones((3, 5)))
+        image.SetDimensions(2, 2, 1)
+        self.refuse_to_write(self.writer(image), "SampleCount has 3 values for 4 pixels")
+        image.GetPointData().AddArray(named_array("SampleCount", np.array([-2, 3, 1, 1])))
+        self.refuse_to_write(self.writer(image), "SampleCount has the value -2")
         image = deep_image(np.ones((2, 2)), np.ones((4, 5)))
         self.refuse_to_write(self.writer(image, "nowhere/out.exr"), "nowhere/out.exr")
         self.refuse_to_write(self.writer(image, None), "SetFileName")

@@ -114,6 +114,22 @@ class TestEXRWriter(ToolCase):
         unconnected.RemoveAllInputs()
         self.refuse_to_write(unconnected, "input")
 
+    def test_arrays_of_another_length(self):
+        """They are no channels: what lies behind them in the memory is written nowhere."""
+        image = image_of(self.colors)
+        image.GetPointData().AddArray(named_array("Depth", np.ones(17 * 31 - 1, np.float32)))
+        lacking = self.writer(image)
+        lacking.AddChannel("Depth", "Z")
+        self.refuse_to_write(lacking, "no point array Depth")
+        self.errors.clear()
+        every = self.writer(image)
+        every.AllChannelsOn()
+        every.Write()
+        self.assertEqual((sorted(self.read_exr("out.exr")), self.errors), (["A", "B", "G", "R"], []))
+        os.remove("out.exr")
+        image.GetPointData().GetScalars().SetNumberOfTuples(17 * 31 - 1)
+        self.refuse_to_write(self.writer(image), "a value for each pixel")
+
     def test_color_channels_are_taken(self):
         writer = self.writer(image_of(self.colors))
         writer.AddChannel("Depth", "R")

@@ -324,6 +324,10 @@ TEST_CASE("Normals of another array")
   Run none(image, property, 0);
   none.Filter->SetGradientArrayName("none");
   CHECK(Contains(none.Error(), "SetGradientArrayName()"));
+  slope->SetNumberOfTuples(124);
+  Run shorter(image, property, 0);
+  shorter.Filter->SetGradientArrayName("slope");
+  CHECK(Contains(shorter.Error(), "SetGradientArrayName()"));
   property->ShadeOff(); // needs no gradient
   Run unlit(image, property, 0);
   unlit.Filter->SetGradientArrayName("none");

@@ -413,6 +413,10 @@ TEST_CASE("Unusable particles are left out, and unusable clouds are errors")
   Run name(particles, property);
   name.Filter->SetRadiusArrayName("size");
   CHECK(Contains(name.Error(), "\"size\""));
+  particles->GetPointData()->GetArray("radius")->SetNumberOfTuples(3);
+  Run shorter(particles, property);
+  shorter.Filter->SetRadiusArrayName("radius");
+  CHECK(Contains(shorter.Error(), "\"radius\""));
   const auto bare = ToPolyData({ { 0, 0, 0 } });
   Run without(bare, property);
   without.Filter->SetRadius(1.0);
