@@ -63,6 +63,12 @@ struct CopyScalars
   }
 };
 
+/// The array if it has so many values, else null.
+vtkUnsignedCharArray* Fitting(vtkUnsignedCharArray* ghosts, vtkIdType count)
+{
+  return ghosts && ghosts->GetNumberOfValues() == count ? ghosts : nullptr;
+}
+
 /// The slices z - 1 to z + 2 of points; the first and the last are empty where not needed.
 using Slices = std::array<std::vector<double>, 4>;
 
@@ -92,8 +98,8 @@ public:
   ImageCells(
     vtkImageData* image, const ImageScalars& scalars, const TransferTable& table, int subdivision)
     : Scalars(scalars)
-    , PointGhosts(image->GetPointGhostArray())
-    , CellGhosts(image->GetCellGhostArray())
+    , PointGhosts(Fitting(image->GetPointGhostArray(), image->GetNumberOfPoints()))
+    , CellGhosts(Fitting(image->GetCellGhostArray(), image->GetNumberOfCells()))
     , Table(table)
     , World(image)
     , Normals(this->World.A)

@@ -162,6 +162,8 @@ TEST_CASE("Hidden and unusable cells are empty")
   image->GetCellGhostArray()->SetValue(6, vtkDataSetAttributes::DUPLICATECELL);
   Run hidden(image, property);
   CHECK(hidden.Result().Count() == 24);
+  image->GetCellGhostArray()->SetNumberOfTuples(7); // too few to tell anything
+  CHECK(Run(image, property).Result().Count() == 26);
 
   Run all(MakeImage(3, 3, 3, [](int, int, int) { return NaN; }), property);
   CHECK(all.Result().Count() == 0);
