@@ -2,6 +2,7 @@
 #include "Filters/Orientation/ScanWindows.h"
 
 #include "Filters/Common/Median.h"
+#include "Filters/Orientation/BeamOrder.h"
 
 #include <Eigen/Geometry>
 
@@ -19,18 +20,12 @@ namespace
 /// many times as long as either of the next ones.
 constexpr double JumpFactor = 10.0;
 
-/// The share of the steps of a window that may be off: others jump as well, or were left out.
-constexpr int MostOff = StepsInWindow / 4;
-
-/// Fewer jumps than one in so many steps are chance: points are in no order, or those of a surface
-/// without an end.
-constexpr std::size_t StepsPerJump = 10000;
-
 /// Points are looked at in parts, so that a few of them are in memory at a time.
-constexpr vtkIdType PointsInPart = 1 << 16;
+constexpr vtkIdType PointsInPart = 1 << 13;
 
-/// One of so many parts is looked at first, and the others only if jumps are there.
-constexpr vtkIdType PartsPerProbe = 8;
+/// About so many points are looked at first, and the others only if jumps are there. Where nothing
+/// jumps in the order in which points are stored, few are of several beams.
+constexpr vtkIdType PointsToProbe = 1 << 18, PointsOfBeamsToProbe = 1 << 15;
 
 using Positions = std::vector<Eigen::Vector3d>;
 
@@ -41,7 +36,19 @@ struct Part
   std::vector<vtkIdType> Ids;
 };
 
-Part ReadPart(vtkPoints* points, const Eigen::Vector3d& origin, vtkIdType begin, vtkIdType end)
+Part Reordered(const Part& part, const std::vector<std::size_t>& order)
+{
+  Part ordered;
+  for (const std::size_t i : order)
+  {
+    ordered.Points.push_back(part.Points[i]);
+    ordered.Ids.push_back(part.Ids[i]);
+  }
+  return ordered;
+}
+
+Part ReadPart(vtkPoints* points, const Eigen::Vector3d& origin, vtkIdType begin, vtkIdType end,
+  PointOrder order)
 {
   Part part;
   for (vtkIdType i = begin; i < end; ++i)
@@ -55,7 +62,38 @@ Part ReadPart(vtkPoints* points, const Eigen::Vector3d& origin, vtkIdType begin,
       part.Ids.push_back(i);
     }
   }
-  return part;
+  return order == PointOrder::ByBeams ? Reordered(part, OrderByBeams(part.Points)) : part;
+}
+
+/// Median of steps of a window, by coordinates.
+Eigen::Vector3d MedianStep(const ScanWindow& window, int begin)
+{
+  Eigen::Vector3d median;
+  for (int c = 0; c < 3; ++c)
+  {
+    std::array<double, StepsBeside> steps;
+    for (int k = 0; k < StepsBeside; ++k)
+    {
+      steps[k] = window.Points[begin + k + 1][c] - window.Points[begin + k][c];
+    }
+    median[c] = Median(steps);
+  }
+  return median;
+}
+
+/// A scanner goes on beyond a jump in the direction it came from, in steps as much longer as what
+/// it sees is farther away: 0 where it does not, as between the end of a line and the next one.
+double RatioOf(const ScanWindow& window)
+{
+  const Eigen::Vector3d d = (window.Behind() - window.Before()).normalized();
+  const auto across = [&](int begin) -> Eigen::Vector3d {
+    const Eigen::Vector3d step = MedianStep(window, begin);
+    return step - step.dot(d) * d;
+  };
+  const Eigen::Vector3d before = across(0), behind = across(StepsBeside + 1);
+  const double least = 0.5; // cosine
+  return before.dot(behind) > least * before.norm() * behind.norm() ? behind.norm() / before.norm()
+                                                                    : 0.0;
 }
 
 ScanWindow WindowAt(const Part& part, std::size_t middle, bool jumps)
@@ -65,6 +103,7 @@ ScanWindow WindowAt(const Part& part, std::size_t middle, bool jumps)
     part.Points.begin() + (middle - StepsBeside), StepsInWindow + 1, window.Points.begin());
   window.Middle = part.Ids[middle];
   window.Jumps = jumps;
+  window.Ratio = jumps ? RatioOf(window) : 0.0;
   return window;
 }
 
@@ -111,14 +150,10 @@ std::vector<ScanWindow> WindowsOf(const Part& part, std::size_t most)
   std::vector<std::size_t> jumps, others;
   for (std::size_t k = StepsBeside; k < end; ++k)
   {
-    if (IsJump(steps, k))
+    if (IsJump(steps, k) && RatioOf(WindowAt(part, k, true)) > 0.0)
     {
       jumps.push_back(k);
     }
-  }
-  if (jumps.size() * StepsPerJump < steps.size())
-  {
-    jumps.clear();
   }
   Thin(jumps, most);
   for (std::size_t i = 0; i < most; ++i)
@@ -131,6 +166,8 @@ std::vector<ScanWindow> WindowsOf(const Part& part, std::size_t most)
     const bool isJump = k == others.size() || (i < jumps.size() && jumps[i] <= others[k]);
     windows.push_back(WindowAt(part, isJump ? jumps[i++] : others[k++], isJump));
   }
+  std::stable_sort(windows.begin(), windows.end(),
+    [](const ScanWindow& a, const ScanWindow& b) { return a.Middle < b.Middle; });
   return windows;
 }
 
@@ -155,64 +192,27 @@ Eigen::Vector3d FirstFinite(vtkPoints* points)
 }
 }
 
-bool SeenSteps::AreRegular(double part) const
-{
-  const auto off =
-    std::count_if(this->Off.begin(), this->Off.end(), [&](double step) { return !(step < part); });
-  return this->IsValid && off <= MostOff;
-}
-
-bool SeenSteps::Agree(double part) const
-{
-  return this->Off[StepsBeside] < part && this->AreRegular(part);
-}
-
-SeenSteps SeenFrom(const Eigen::Vector3d& place, const ScanWindow& window)
-{
-  std::array<Eigen::Vector3d, StepsInWindow> steps;
-  Eigen::Vector3d last = (window.Points[0] - place).normalized();
-  for (int k = 0; k < StepsInWindow; ++k)
-  {
-    const Eigen::Vector3d next = (window.Points[k + 1] - place).normalized();
-    steps[k] = next - last;
-    last = next;
-  }
-  Eigen::Vector3d median;
-  for (int c = 0; c < 3; ++c)
-  {
-    std::array<double, StepsInWindow> coordinates;
-    std::transform(steps.begin(), steps.end(), coordinates.begin(),
-      [c](const Eigen::Vector3d& step) { return step[c]; });
-    median[c] = Median(coordinates);
-  }
-  const double length = median.norm();
-  SeenSteps seen;
-  seen.IsValid = length > 0.0;
-  const double perLength = seen.IsValid ? 1.0 / length : 0.0;
-  std::transform(steps.begin(), steps.end(), seen.Off.begin(),
-    [&](const Eigen::Vector3d& step) { return perLength * (step - median).norm(); });
-  seen.MiddleOff = perLength * (steps[StepsBeside] - median);
-  return seen;
-}
-
-std::vector<ScanWindow> FindWindows(vtkPoints* points, Eigen::Vector3d& origin, int most)
+std::vector<ScanWindow> FindWindows(
+  vtkPoints* points, PointOrder order, Eigen::Vector3d& origin, int most)
 {
   origin = FirstFinite(points);
   const vtkIdType count = points->GetNumberOfPoints();
   const vtkIdType parts = (count + PointsInPart - 1) / PointsInPart;
   const auto inPart =
-    static_cast<std::size_t>(std::max<vtkIdType>(16, most / std::max<vtkIdType>(parts, 1)));
+    static_cast<std::size_t>(std::max<vtkIdType>(4, most / std::max<vtkIdType>(parts, 1)));
+  const vtkIdType toProbe = order == PointOrder::ByBeams ? PointsOfBeamsToProbe : PointsToProbe;
+  const vtkIdType perProbe = std::max<vtkIdType>(1, count / toProbe);
   std::vector<std::vector<ScanWindow>> found(parts);
   const auto look = [&](vtkIdType part) {
     const vtkIdType begin = part * PointsInPart, end = std::min(count, begin + PointsInPart);
-    found[part] = WindowsOf(ReadPart(points, origin, begin, end), inPart);
+    found[part] = WindowsOf(ReadPart(points, origin, begin, end, order), inPart);
   };
   for (const bool isFirst : { true, false })
   {
     vtkSMPTools::For(0, parts, 1, [&](vtkIdType part, vtkIdType end) {
       for (; part < end; ++part)
       {
-        if ((part % PartsPerProbe == 0) == isFirst)
+        if ((part % perProbe == 0) == isFirst)
         {
           look(part);
         }

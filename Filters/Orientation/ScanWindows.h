@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Windows of consecutive points of a scan, and what they tell of the place of the scanner. A
- * scanner measures in steps of nearly the same angle, also where the surface ends and what is
- * behind it begins: seen from the scanner, and only from there, a jump in space is a step like its
+ * Windows of consecutive points of a scan, which tell of the place of the scanner. A scanner
+ * measures in steps of nearly the same angle, also where the surface ends and what is behind it
+ * begins: seen from the scanner, and only from there, a jump in space is a step like its
  * neighbours. (Ours. Noise of the range does not matter: it is along the line of sight.)
  */
 #pragma once
@@ -27,31 +27,26 @@ struct ScanWindow
   std::array<Eigen::Vector3d, StepsInWindow + 1> Points; ///< relative to a common origin
   vtkIdType Middle = 0;                                  ///< id of the point before the middle step
   bool Jumps = false; ///< the step in the middle is ten times as long as those beside it
+  /// Of a jump: how many times as far from a scanner the point behind it is as that before it, by
+  /// the lengths of the steps on either side across the jump; 0 if these are no way of a scanner.
+  double Ratio = 0.0;
 
   const Eigen::Vector3d& Before() const { return this->Points[StepsBeside]; }
   const Eigen::Vector3d& Behind() const { return this->Points[StepsBeside + 1]; }
 };
 
-/// What the steps of a window are, seen from a place: differences of the directions to its points.
-struct SeenSteps
+/// Windows are of points as they are stored, or beam by beam (BeamOrder.h).
+enum class PointOrder
 {
-  std::array<double, StepsInWindow> Off; ///< distance from their median over its length
-  Eigen::Vector3d MiddleOff;             ///< the same of the step in the middle, as a vector
-  bool IsValid = false;                  ///< the median is not 0
-
-  /// Whether three quarters of the steps are off by less than a part of their median.
-  bool AreRegular(double part) const;
-
-  /// Whether that holds, and for the step in the middle as well.
-  bool Agree(double part) const;
+  AsStored,
+  ByBeams
 };
-
-SeenSteps SeenFrom(const Eigen::Vector3d& place, const ScanWindow& window);
 
 /// Windows about jumps, and as many about other steps if there are so many, in the order of the
 /// points; none if the points do not jump. Points that are not finite are left out beforehand:
 /// scanners leave them where nothing came back.
 /// @param origin what all points are relative to: the first finite point
 /// @param most   number of windows of each kind, at most about so many
-std::vector<ScanWindow> FindWindows(vtkPoints* points, Eigen::Vector3d& origin, int most);
+std::vector<ScanWindow> FindWindows(
+  vtkPoints* points, PointOrder order, Eigen::Vector3d& origin, int most);
 }

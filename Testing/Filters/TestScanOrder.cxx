@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Places of scanners that the order of the points tells: scans in lines up, in rounds and in rows,
-// with noise, rounded, with points that are missing, one after another; and points that are in no
-// such order.
+// with noise, rounded, with points that are missing, thinned at random, of several beams, one after
+// another; and points that are in no such order.
 #include "SurfelTesting.h"
 
 #include "vtkPartitionedSurfelEstimation.h"
@@ -10,6 +10,7 @@
 #include "vtkFloatArray.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -165,13 +166,56 @@ TEST_CASE("One scanner")
   }
 }
 
-TEST_CASE("Points that are missing")
+/// Those that are left, each with a probability.
+std::vector<Vec> Thinned(const std::vector<Vec>& points, double probability)
 {
-  std::vector<Vec> points = Scan({}), left;
+  std::vector<Vec> left;
   Random random(7);
   std::copy_if(points.begin(), points.end(), std::back_inserter(left),
-    [&](const Vec&) { return random.Uniform(0, 1) < 0.95; });
-  CHECK(PartAt(PlacesOf(left), Scanner().Place, 0.003) == 1.0);
+    [&](const Vec&) { return random.Uniform(0, 1) < probability; });
+  return left;
+}
+
+TEST_CASE("Points that are missing")
+{
+  CHECK(PartAt(PlacesOf(Thinned(Scan({}), 0.95)), Scanner().Place, 0.003) == 1.0);
+}
+
+TEST_CASE("Thinned at random")
+{
+  for (const Order order : { Order::Lines, Order::Rounds })
+  {
+    Scanner scanner;
+    scanner.Lines = order;
+    scanner.Step = Pi / 720.0;
+    const std::vector<Vec> points = Scan(scanner);
+    CHECK(PartAt(PlacesOf(Thinned(points, 0.5)), scanner.Place, 0.003) == 1.0);
+    CHECK(PartAt(PlacesOf(Thinned(points, 0.25)), scanner.Place, 0.005) == 1.0);
+  }
+}
+
+/// Sixteen beams in turn, as they are fired: each with the next but seven.
+std::vector<Vec> ScanInTurns(const Vec& place)
+{
+  constexpr int beams = 16, around = 1800;
+  Random random(11);
+  std::vector<Vec> points;
+  for (int i = 0; i < beams * around; ++i)
+  {
+    const int beam = i % 2 == 0 ? i % beams / 2 : i % beams / 2 + beams / 2;
+    const double a = 2.0 * Pi * i / (beams * around), b = (2 * beam - 15) * Pi / 180.0;
+    const Vec ray{ std::cos(b) * std::cos(a), std::cos(b) * std::sin(a), std::sin(b) };
+    points.push_back(Measure(place, ray, 0.01 * random.Uniform(-1.7, 1.7)));
+  }
+  return points;
+}
+
+TEST_CASE("Several beams")
+{
+  const Vec place{ 3.3, 2.6, 1.1 };
+  const std::vector<Vec> points = ScanInTurns(place);
+  CHECK(PartAt(PlacesOf(points), place, 0.005) == 1.0);
+  CHECK(PartAt(PlacesOf(Thinned(points, 0.95)), place, 0.005) > 0.95);
 }
 
 TEST_CASE("A depth camera")
@@ -211,11 +255,11 @@ TEST_CASE("Points of elsewhere")
   CHECK(PartAt(places, Scanner().Place, 1e6, scan.size()) < 0.01);
 }
 
-/// A grid of heights jumps along parallel lines, a lattice not at all, and half of a scan's points
-/// make no regular steps.
+/// A grid of heights jumps along parallel lines, also where points are missing, and a lattice not
+/// at all. Sorted by cells, a scan jumps from one to the next.
 TEST_CASE("Other orders")
 {
-  std::vector<Vec> heights, lattice, half;
+  std::vector<Vec> heights, lattice, sorted = Scan({});
   Random random(9);
   for (int i = 0; i < 400 * 300; ++i)
   {
@@ -224,12 +268,16 @@ TEST_CASE("Other orders")
       (isHouse ? 9.0 : 0.0) + 0.02 * random.Uniform(-1.7, 1.7) });
     lattice.push_back({ 0.1 * (i % 50), 0.1 * (i / 50 % 50), 0.1 * (i / 2500) });
   }
-  const std::vector<Vec> scan = Scan({});
-  std::copy_if(scan.begin(), scan.end(), std::back_inserter(half),
-    [&](const Vec&) { return random.Uniform(0, 1) < 0.5; });
+  const auto cell = [](const Vec& p) {
+    return std::array<double, 3>{ std::floor(20.0 * p[0]), std::floor(20.0 * p[1]),
+      std::floor(20.0 * p[2]) };
+  };
+  std::stable_sort(
+    sorted.begin(), sorted.end(), [&](const Vec& a, const Vec& b) { return cell(a) < cell(b); });
   CHECK(PlacesOf(heights).empty());
+  CHECK(PlacesOf(Thinned(heights, 0.5)).empty());
   CHECK(PlacesOf(lattice).empty());
-  CHECK(PlacesOf(half).empty());
+  CHECK(PlacesOf(sorted).empty());
   CHECK(PlacesOf({}).empty());
   CHECK(PlacesOf({ { 1, 2, 3 } }).empty());
   CHECK(PlacesOf(std::vector<Vec>(1000, { NAN, 0, 0 })).empty());
@@ -238,10 +286,14 @@ TEST_CASE("Other orders")
 
 TEST_CASE("Threads")
 {
-  const std::vector<Vec> points = Scan({});
-  const auto places = WithThreads({ 1, 2, 8 }, [&] { return PlacesOf(points); });
-  CHECK(places[1] == places[0]);
-  CHECK(places[2] == places[0]);
+  const std::vector<Vec> whole = Scan({});
+  for (const std::vector<Vec>& points : { whole, Thinned(whole, 0.5) })
+  {
+    const auto places = WithThreads({ 1, 2, 8 }, [&] { return PlacesOf(points); });
+    CHECK(!places[0].empty());
+    CHECK(places[1] == places[0]);
+    CHECK(places[2] == places[0]);
+  }
 }
 
 /// Without being told, the walls of a room face its scanner, also in parts.

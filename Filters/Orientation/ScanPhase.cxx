@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Filters/Orientation/ScanPhase.h"
+
+#include <Eigen/Dense>
+
+#include <algorithm>
+#include <cmath>
+
+namespace SurfelGeometry
+{
+namespace
+{
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr double TwoPi = 6.283185307179586;
+
+/// So many jumps at least, whose mean cosine of the phase is this much. (It is 0.96 and more from
+/// scanners, less from beside them, and 0.2 from elsewhere.)
+constexpr std::size_t LeastJumps = 10;
+constexpr double LeastCosine = 0.4;
+
+/// Jumps are off across their lines by less than this. (Weighted as in ScanSteps.cxx.)
+constexpr double LeastAligned = 1.0;
+
+/// Steps of a search, in units of the phase, and how many they are at most on either side.
+constexpr double SearchStep = 0.1, MostSteps = 500.0;
+
+/// A jump, as seen from about its scanner.
+struct PhasedJump
+{
+  Vector3d Before, Behind, Along;
+  double Unit;
+
+  /// How much its angle changes with the place, across the line of sight.
+  double Slope(const Vector3d& place) const
+  {
+    return std::abs(1.0 / (this->Before - place).norm() - 1.0 / (this->Behind - place).norm());
+  }
+  double Cosine(const Vector3d& place) const
+  {
+    const Vector3d step = (this->Behind - place).normalized() - (this->Before - place).normalized();
+    return std::cos(TwoPi * step.dot(this->Along) / this->Unit);
+  }
+};
+
+std::vector<PhasedJump> SeeJumps(
+  const std::vector<const ScanWindow*>& windows, const Vector3d& place)
+{
+  std::vector<PhasedJump> jumps;
+  for (const ScanWindow* window : windows)
+  {
+    const SeenSteps seen = SeenFrom(place, *window, Steps::Multiples);
+    if (seen.IsValid && SeenFrom(place, *window, Steps::Aligned).Agree(LeastAligned))
+    {
+      jumps.push_back({ window->Before(), window->Behind(), seen.Along, seen.Unit });
+    }
+  }
+  return jumps;
+}
+
+Vector3d FindAxis(const std::vector<PhasedJump>& jumps, const Vector3d& place, int axis)
+{
+  Matrix3d sum = Matrix3d::Zero();
+  for (const PhasedJump& jump : jumps)
+  {
+    const Vector3d normal =
+      jump.Slope(place) * (jump.Before - place).cross(jump.Along).normalized();
+    sum += normal * normal.transpose();
+  }
+  return Eigen::SelfAdjointEigenSolver<Matrix3d>(sum).eigenvectors().col(axis);
+}
+}
+
+bool FindPhase(
+  const std::vector<const ScanWindow*>& windows, int axis, double reach, Vector3d& place)
+{
+  const std::vector<PhasedJump> jumps = SeeJumps(windows, place);
+  double slopes = 0.0;
+  for (const PhasedJump& jump : jumps)
+  {
+    slopes += jump.Slope(place) / jump.Unit;
+  }
+  if (jumps.size() < LeastJumps || !(slopes > 0.0))
+  {
+    return false;
+  }
+  const auto count = static_cast<double>(jumps.size());
+  const double length = SearchStep * count / slopes;
+  const Vector3d step = length * FindAxis(jumps, place, axis);
+  const int steps = static_cast<int>(std::min(reach / length, MostSteps));
+  double most = -count;
+  int best = 0;
+  for (int i = -steps; i <= steps; ++i)
+  {
+    double sum = 0.0;
+    for (const PhasedJump& jump : jumps)
+    {
+      sum += jump.Cosine(place + i * step);
+    }
+    if (sum > most)
+    {
+      most = sum;
+      best = i;
+    }
+  }
+  place += best * step;
+  return most > LeastCosine * count;
+}
+}

@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Filters/Orientation/ScanSteps.h"
+
+#include "Filters/Common/Median.h"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+namespace SurfelGeometry
+{
+namespace
+{
+/// The share of the steps of a window that may be off: others jump as well, or were left out.
+constexpr int MostOff = StepsInWindow / 4;
+
+/// Where steps have several lengths, the longest is so many times as long as their mean. What they
+/// are off across their line counts more than along it.
+constexpr double LongestStep = 5.0, AcrossWeight = 3.0, AlongWeight = 0.1;
+
+/// The unit of such steps is the shortest one or one of so many parts of it, and lengths are off
+/// its multiples by less than this, as a root mean square, without the few that may be off. A third
+/// is chance. Steps are not longer than so many units, nor shorter than a part of their mean.
+constexpr int MostParts = 6;
+constexpr double UnitOff = 0.12, MostUnits = 40.0, ShortestStep = 0.05;
+
+using StepVectors = std::array<Eigen::Vector3d, StepsInWindow>;
+
+Eigen::Vector3d MedianOf(const StepVectors& steps)
+{
+  Eigen::Vector3d median;
+  for (int c = 0; c < 3; ++c)
+  {
+    std::array<double, StepsInWindow> coordinates;
+    std::transform(steps.begin(), steps.end(), coordinates.begin(),
+      [c](const Eigen::Vector3d& step) { return step[c]; });
+    median[c] = Median(coordinates);
+  }
+  return median;
+}
+
+/// Distance of steps from their median.
+SeenSteps SeeAlike(const StepVectors& steps)
+{
+  const Eigen::Vector3d median = MedianOf(steps);
+  const double length = median.norm();
+  SeenSteps seen;
+  seen.IsValid = length > 0.0;
+  const double perLength = seen.IsValid ? 1.0 / length : 0.0;
+  std::transform(steps.begin(), steps.end(), seen.Off.begin(),
+    [&](const Eigen::Vector3d& step) { return perLength * (step - median).norm(); });
+  seen.MiddleOff = perLength * (steps[StepsBeside] - median);
+  return seen;
+}
+
+/// Steps along a line: what they are across it, their lengths, and the mean of these without that
+/// in the middle.
+struct Line
+{
+  Eigen::Vector3d Along, Normal;
+  std::array<double, StepsInWindow> Lengths, Across;
+  double Mean = 0.0;
+
+  /// @param sight direction to the middle
+  Line(const StepVectors& steps, const Eigen::Vector3d& sight)
+  {
+    StepVectors directions;
+    std::transform(steps.begin(), steps.end(), directions.begin(),
+      [](const Eigen::Vector3d& step) { return step.normalized(); });
+    this->Normal = sight.cross(MedianOf(directions)).normalized();
+    this->Along = this->Normal.cross(sight);
+    for (int k = 0; k < StepsInWindow; ++k)
+    {
+      this->Across[k] = steps[k].dot(this->Normal);
+      this->Lengths[k] = std::copysign(
+        (steps[k] - this->Across[k] * this->Normal).norm(), steps[k].dot(this->Along));
+    }
+    std::array<double, StepsInWindow> sorted = this->Lengths;
+    const double longest = LongestStep * Median(sorted);
+    int count = 0;
+    for (int k = 0; k < StepsInWindow; ++k)
+    {
+      if (k != StepsBeside && this->Lengths[k] > 0.0 && this->Lengths[k] < longest)
+      {
+        this->Mean += this->Lengths[k];
+        ++count;
+      }
+    }
+    this->Mean /= std::max(count, 1);
+  }
+};
+
+using Lengths = std::array<double, StepsInWindow - 1>;
+
+/// How many units a length is.
+double UnitsIn(double length, double unit)
+{
+  return std::min(std::max(1.0, std::round(length / unit)), MostUnits);
+}
+
+/// A unit by least squares, of the lengths that are nearly multiples of a first guess.
+double FitUnit(const Lengths& lengths, double unit)
+{
+  double products = 0.0, squares = 0.0;
+  for (const double length : lengths)
+  {
+    const double n = UnitsIn(length, unit);
+    if (std::abs(length / unit - n) < 0.25)
+    {
+      products += n * length;
+      squares += n * n;
+    }
+  }
+  return squares > 0.0 ? products / squares : unit;
+}
+
+/// Whether lengths are multiples of a unit, but a few.
+bool AreMultiples(const Lengths& lengths, double unit)
+{
+  Lengths off;
+  std::transform(lengths.begin(), lengths.end(), off.begin(),
+    [unit](double length) { return std::abs(length / unit - UnitsIn(length, unit)); });
+  std::sort(off.begin(), off.end());
+  const double squares = std::inner_product(off.begin(), off.end() - MostOff, off.begin(), 0.0);
+  return squares < UnitOff * UnitOff * static_cast<double>(off.size() - MostOff);
+}
+
+/// The length of which all lengths but that in the middle and a few are multiples; 0 if there is
+/// none.
+double UnitOf(const Line& line)
+{
+  Lengths lengths;
+  const auto middle = std::copy_n(line.Lengths.begin(), StepsBeside, lengths.begin());
+  std::copy_n(line.Lengths.begin() + (StepsBeside + 1), StepsBeside, middle);
+  double shortest = std::numeric_limits<double>::infinity();
+  for (const double length : lengths)
+  {
+    shortest = length > ShortestStep * line.Mean ? std::min(shortest, length) : shortest;
+  }
+  for (int parts = 1; parts <= MostParts && std::isfinite(shortest); ++parts)
+  {
+    const double unit = FitUnit(lengths, FitUnit(lengths, shortest / parts));
+    if (AreMultiples(lengths, unit))
+    {
+      return unit;
+    }
+  }
+  return 0.0;
+}
+
+/// Distance of steps from the line along which they are, and how far their length is from the mean.
+SeenSteps SeeAligned(const Line& line)
+{
+  SeenSteps seen;
+  seen.IsValid = line.Mean > 0.0;
+  const double perLength = seen.IsValid ? 1.0 / line.Mean : 0.0;
+  const double weight = AcrossWeight * perLength;
+  for (int k = 0; k < StepsInWindow; ++k)
+  {
+    const double length = perLength * line.Lengths[k];
+    seen.Off[k] =
+      std::hypot(weight * line.Across[k], std::max({ 0.0, -length, length - LongestStep }));
+  }
+  const double length = perLength * line.Lengths[StepsBeside];
+  seen.MiddleOff =
+    weight * line.Across[StepsBeside] * line.Normal + AlongWeight * (length - 1.0) * line.Along;
+  return seen;
+}
+
+/// Distance of steps from multiples of a unit along a line.
+SeenSteps SeeMultiples(const Line& line)
+{
+  const double unit = UnitOf(line);
+  SeenSteps seen;
+  seen.IsValid = unit > 0.0;
+  const double perUnit = seen.IsValid ? 1.0 / unit : 0.0;
+  for (int k = 0; k < StepsInWindow; ++k)
+  {
+    const double length = perUnit * line.Lengths[k];
+    const double n = UnitsIn(length, 1.0);
+    // Lines may be bent: what is off across counts where the jump is, and elsewhere less.
+    const double across = line.Across[k] * (k == StepsBeside ? perUnit : 1.0 / line.Mean);
+    seen.Off[k] = std::hypot(across, length - n);
+    if (k == StepsBeside)
+    {
+      seen.MiddleOff = across * line.Normal + (length - n) * line.Along;
+    }
+  }
+  seen.Along = line.Along;
+  seen.Unit = unit;
+  return seen;
+}
+
+StepVectors StepsFrom(const Eigen::Vector3d& place, const ScanWindow& window)
+{
+  StepVectors steps;
+  Eigen::Vector3d last = (window.Points[0] - place).normalized();
+  for (int k = 0; k < StepsInWindow; ++k)
+  {
+    const Eigen::Vector3d next = (window.Points[k + 1] - place).normalized();
+    steps[k] = next - last;
+    last = next;
+  }
+  return steps;
+}
+}
+
+SeenSteps SeenFrom(const Eigen::Vector3d& place, const ScanWindow& window, Steps are)
+{
+  const StepVectors steps = StepsFrom(place, window);
+  if (are == Steps::Alike)
+  {
+    return SeeAlike(steps);
+  }
+  const Line line(steps, (0.5 * (window.Before() + window.Behind()) - place).normalized());
+  return are == Steps::Aligned ? SeeAligned(line) : SeeMultiples(line);
+}
+
+bool SeenSteps::AreRegular(double part) const
+{
+  const auto off =
+    std::count_if(this->Off.begin(), this->Off.end(), [&](double step) { return !(step < part); });
+  return this->IsValid && off <= MostOff;
+}
+
+bool SeenSteps::Agree(double part) const
+{
+  return this->Off[StepsBeside] < part && this->AreRegular(part);
+}
+}
