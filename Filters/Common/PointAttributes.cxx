@@ -9,9 +9,7 @@
 #include "vtkPolyData.h"
 #include "vtkSmartPointer.h"
 
-#include <algorithm>
 #include <cstring>
-#include <iterator>
 
 namespace SurfelGeometry
 {
@@ -35,13 +33,6 @@ void CopyTuples(
       std::memcpy(to + size * i, from + size * order[i], size);
     }
   });
-}
-
-bool IsOfSurfels(const char* name)
-{
-  return name &&
-    std::any_of(std::begin(SurfelOutput::Names), std::end(SurfelOutput::Names),
-      [name](const char* other) { return std::strcmp(name, other) == 0; });
 }
 
 /// A new array with the source's tuples in the order of the leaves.

@@ -3,6 +3,7 @@
 
 #include "Core/Surfels/SurfelArrays.h"
 #include "Filters/Common/Multiversion.h"
+#include "Filters/Common/SurfelOutput.h"
 
 #include "vtkFloatArray.h"
 #include "vtkPointData.h"
@@ -11,7 +12,6 @@
 #include "vtkUnsignedCharArray.h"
 
 #include <algorithm>
-#include <string>
 
 namespace SurfelGeometry
 {
@@ -20,22 +20,15 @@ namespace
 /// So many points ahead, colours start to load: in the other order they are not in the caches.
 constexpr vtkIdType ColorsAhead = 16;
 
-/// Whether surfels have an array of this name, which takes the place of the points' own.
-bool IsOfSurfels(vtkAbstractArray* array)
-{
-  namespace Arrays = SurfelSplatting::Arrays;
-  const std::string name = array->GetName() ? array->GetName() : "";
-  return name == Arrays::Covariance || name == Arrays::AreaVector || name == Arrays::TwoSided ||
-    name == Arrays::Overlap;
-}
-
 /// The array as direct colours of `count` points, or null.
 vtkUnsignedCharArray* AsColors(vtkAbstractArray* array, vtkIdType count)
 {
   auto* colors = vtkUnsignedCharArray::SafeDownCast(array);
   const int components = colors ? colors->GetNumberOfComponents() : 0;
   const bool isColor = components == ColorComponents || components == ColorComponents + 1;
-  return isColor && colors->GetNumberOfTuples() == count && !IsOfSurfels(colors) ? colors : nullptr;
+  return isColor && colors->GetNumberOfTuples() == count && !IsOfSurfels(colors->GetName())
+    ? colors
+    : nullptr;
 }
 
 /// The colours of the cloud's points in an array whose values are already 0 to 255.

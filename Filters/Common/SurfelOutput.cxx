@@ -16,6 +16,8 @@
 #include "vtkUnsignedCharArray.h"
 
 #include <algorithm>
+#include <cstring>
+#include <iterator>
 #include <numeric>
 
 namespace Arrays = SurfelSplatting::Arrays;
@@ -46,6 +48,13 @@ void SurfelOutput::Write(const double origin[3], vtkPolyData* output) const
   auto array = MakeArray<vtkDoubleArray>(Arrays::Origin, 3, 1);
   array->SetTuple(0, origin);
   output->GetFieldData()->AddArray(array);
+}
+
+bool IsOfSurfels(const char* name)
+{
+  return name &&
+    std::any_of(std::begin(SurfelOutput::Names), std::end(SurfelOutput::Names),
+      [name](const char* other) { return std::strcmp(name, other) == 0; });
 }
 
 void RemoveHierarchy(vtkPolyData* surfels)

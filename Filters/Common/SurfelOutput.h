@@ -37,6 +37,9 @@ struct SurfelOutput
   vtkSmartPointer<vtkUnsignedCharArray> Overlaps; ///< 0 until the surfels are normalized
 };
 
+/// Whether surfels have a point array of this name, which takes the place of their points' own.
+bool IsOfSurfels(const char* name);
+
 /// Removes what a hierarchy has in the field data of its surfels.
 void RemoveHierarchy(vtkPolyData* surfels);
 
