@@ -135,9 +135,11 @@ format="ascii">""" + "0 0 0 0 9 0 0 0 0 " * 3 + "</DataArray></PointData></Piece
 
 
 def gltf(matrix=None):
-    """The points in the middle of a tetrahedron, with 16-bit colours and normals."""
+    """The points in the middle of a tetrahedron, with 16-bit colours of linear light and normals."""
     local = (POINTS - UTM).astype("<f4")
-    colors = np.column_stack([COLORS * 257, np.full(4, 65535)]).astype("<u2")
+    codes = COLORS / 255
+    light = np.where(codes <= 0.04045, codes / 12.92, ((codes + 0.055) / 1.055) ** 2.4)
+    colors = np.column_stack([np.round(light * 65535), np.full(4, 65535)]).astype("<u2")
     normals = np.tile(np.array([0, 0, 1], "<f4"), (4, 1))
     buffer = local.tobytes() + colors.tobytes() + normals.tobytes()
     views = [{"buffer": 0, "byteOffset": 0, "byteLength": 48},

@@ -17,7 +17,7 @@ UP = 2  # PNG's filter: each byte less the one above
 LEVEL = 4  # of zlib: 5 takes twice as long for 3 % less
 
 
-def _to_srgb(light):
+def to_srgb(light):
     """sRGB codes of linear light (IEC 61966-2-1)."""
     return np.where(light <= 0.0031308, 12.92 * light, 1.055 * np.power(light, 1 / 2.4) - 0.055)
 
@@ -26,7 +26,7 @@ def _rgb_of(colors, linear_light):
     """[..., 4] floats -> [..., 3] bytes; bytes stay as they are"""
     if colors.dtype == np.uint8:
         return colors[..., :3]
-    colors = _to_srgb(colors[..., :3]) if linear_light else colors[..., :3]
+    colors = to_srgb(colors[..., :3]) if linear_light else colors[..., :3]
     return np.clip(colors * 255 + 0.5, 0, 255).astype(np.uint8)
 
 

@@ -11,6 +11,7 @@ from urllib.parse import unquote
 import numpy as np
 
 from .polydata import cells_of, polydata_of
+from ..pictures import to_srgb
 from ..problems import UserProblem
 
 MAGIC = b"glTF"
@@ -109,7 +110,8 @@ def _placed_meshes(content):
 
 
 def _colors(values):
-    return np.round(255 * np.clip(np.nan_to_num(values[:, :3]), 0, 1)).astype(np.uint8)
+    """sRGB bytes: the file has linear light (glTF 2.0, 3.7.2.1)."""
+    return np.round(255 * to_srgb(np.clip(np.nan_to_num(values[:, :3]), 0, 1))).astype(np.uint8)
 
 
 def _faces(file, primitive, count, is_mirrored):

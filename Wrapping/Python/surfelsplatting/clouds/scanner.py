@@ -123,6 +123,8 @@ def read_e57_cloud(path):
     pye57 = _package("pye57", "pye57", path)
     try:
         with pye57.E57(path) as file:
+            if file.scan_count == 0:
+                raise ValueError("it holds no scans")
             parts = list(zip(*(_read_e57_scan(file, i) for i in range(file.scan_count))))
             headers = [file.get_header(i) for i in range(file.scan_count)]
             scanners = trusted_places([tuple(map(float, header.translation)) if header.has_pose()
