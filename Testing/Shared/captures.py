@@ -135,6 +135,46 @@ def furry_ball(count, seed=3):
                      * rng.uniform(0.3, 3.0, (count, 1)), opacities, harmonics)
 
 
+def trained(count, seed=4, spread=0.9):
+    """Bumpy balls and floaters as training leaves them: sizes of several decades, needles, many of low
+    opacity. spread: deviation of the logarithm of the sizes"""
+    rng = np.random.default_rng(seed)
+
+    def directions(number):
+        v = rng.normal(size=(number, 3))
+        return v / np.linalg.norm(v, axis=1, keepdims=True)
+
+    def gaussians(points, normals, colors, sizes, most):
+        number = len(points)
+        needle = rng.random(number) < 0.4
+        scales = np.stack([np.ones(number), np.where(needle, rng.uniform(0.05, 0.25, number),
+                                                     rng.uniform(0.3, 1.0, number)),
+                           rng.uniform(0.02, 0.3, number)], axis=1)
+        harmonics = 0.03 * rng.normal(size=(number, 16, 3))
+        harmonics[:, 0] = (np.clip(colors, 0.02, 0.98) - 0.5) / C0
+        tilted = normals + 0.3 * rng.normal(size=normals.shape)
+        tilted /= np.linalg.norm(tilted, axis=1, keepdims=True)
+        return Gaussians(points, (sizes * np.exp(spread * rng.normal(size=number)))[:, None] * scales,
+                         rotations_to(tilted, rng.uniform(0, 2 * np.pi, number)),
+                         most / (1 + np.exp(-rng.normal(-0.5, 1.8, number))), harmonics)
+
+    def ball(number, radius):
+        out, waves = directions(number), rng.uniform(3, 8, 2)
+        bumps = 0.2 * np.sin(waves[0] * out[:, 0]) * np.sin(waves[1] * out[:, 1])
+        places = radius * (1 + bumps + 0.02 * rng.normal(size=number))
+        colors = rng.uniform(0.2, 0.8, 3) + 0.25 * np.sin(12 * out + (0.0, 2.0, 4.0))
+        return gaussians(rng.uniform(-1, 1, 3) * (1.2, 1.2, 0.8) + out * places[:, None], out, colors,
+                         2 * radius / np.sqrt(number), 1.0)
+
+    radii = rng.uniform(0.15, 0.6, 9)
+    parts = [ball(int(0.97 * count * share), radius)
+             for radius, share in zip(radii, radii ** 2 / (radii ** 2).sum())]
+    rest = count - sum(map(len, parts))
+    parts.append(gaussians(rng.uniform(-2, 2, (rest, 3)), directions(rest),
+                           0.5 + 0.2 * rng.normal(size=(rest, 3)), 0.1, 0.15))
+    return joined(*parts)[rng.permutation(count)]
+
+
 # Files
 
 
