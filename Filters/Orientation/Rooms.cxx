@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <numeric>
 
 namespace SurfelGeometry
 {
@@ -16,7 +15,8 @@ namespace
 {
 constexpr int MinPoints = 1000; // of a room
 constexpr int ShellSamples = 50'000;
-constexpr int ContentSamples = 500;
+constexpr int ContentSamples = 2000;
+constexpr int SetSamples = 64;
 
 /// These limits are those of rooms.py in Wrapping/Python/surfelsplatting/views, too: largest cosine
 /// between a wall's normal and the axis, and the smallest of a floor's.
@@ -35,11 +35,13 @@ constexpr double MinUpright = 0.8;
 /// Least part of the ceiling's area that the floor has. Furniture hides some.
 constexpr double MinFloor = 0.5;
 
-/// Least part of the area between floor and ceiling that lies inside, and least winding numbers
-/// there, which are 1 inside of closed surfaces: of what is part of the surface, where 1/2 is usual
-/// and 3/4 at edges, and of what is not.
-constexpr double MinInside = 0.02;
-constexpr double MemberInside = 0.9, OtherInside = 0.75;
+/// Least part of the area between floor and ceiling that lies inside, of other sets: noise takes
+/// points of the shell itself inside, too. (Boxes have at most 0.001, rooms from 0.02.) The winding
+/// number is 1 inside of closed surfaces, and at least MinWinding of what is not part of them. At
+/// most a part of a set is outside then.
+constexpr double MinInside = 0.01;
+constexpr double MinWinding = 0.75;
+constexpr double MaxOutside = 0.1;
 
 /// Least part of the area by which more faces down than up between floor and ceiling, and the least
 /// ratio of the two.
@@ -160,15 +162,53 @@ Profile MakeProfile(const LocalCloud& cloud, const PlaneFits& fits, const std::v
   return profile;
 }
 
-/// Part of the area between floor and ceiling, of all points of the cloud, that lies inside.
-double InsidePart(const LocalCloud& cloud, const PlaneFits& fits, const Component& component,
-  int axis, const Range& range)
+/// Number of the set that each point is in.
+std::vector<int> NumberSets(const ConsistentSets& sets)
 {
-  std::vector<char> isMember(static_cast<size_t>(cloud.Size()), 0);
-  for (int m = 0; m < component.Count; ++m)
+  std::vector<int> numbers(sets.Ids.size());
+  for (int set = 0; set < sets.Count(); ++set)
   {
-    isMember[component.Ids[m]] = 1;
+    for (int k = sets.Starts[set]; k < sets.Starts[set + 1]; ++k)
+    {
+      numbers[sets.Ids[k]] = set;
+    }
   }
+  return numbers;
+}
+
+/// Whether a set goes on outside of a shell, as what pokes into it does.
+bool GoesOutside(const WindingNumbers& shell, const Component& set)
+{
+  const int samples = std::min(set.Count, SetSamples);
+  int outside = 0;
+  for (int s = 0; s < samples; ++s)
+  {
+    const int i = set.Ids[static_cast<size_t>(s) * set.Count / samples];
+    outside += shell.At(i) < 1.0 - MinWinding ? 1 : 0;
+  }
+  return outside > MaxOutside * samples;
+}
+
+/// Those of some sets that do not go on outside, ascending.
+/// @param numbers -1: none
+std::vector<int> WhollyInside(
+  const WindingNumbers& shell, const ConsistentSets& sets, std::vector<int> numbers)
+{
+  std::sort(numbers.begin(), numbers.end());
+  numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+  numbers.erase(std::remove_if(numbers.begin(), numbers.end(),
+                  [&](int set) {
+                    return set < 0 || GoesOutside(shell, { sets.Begin(set), sets.Size(set) });
+                  }),
+    numbers.end());
+  return numbers;
+}
+
+/// Part of the area between floor and ceiling, of all points of the cloud, that other sets have
+/// which are wholly inside.
+double InsidePart(const LocalCloud& cloud, const PlaneFits& fits, const ConsistentSets& sets,
+  int number, int axis, const Range& range)
+{
   std::vector<int> between;
   for (int i = 0; i < cloud.Size(); ++i)
   {
@@ -177,26 +217,34 @@ double InsidePart(const LocalCloud& cloud, const PlaneFits& fits, const Componen
       between.push_back(i);
     }
   }
+  const std::vector<int> setOf = NumberSets(sets);
   const std::vector<char> unturned(static_cast<size_t>(cloud.Size()), 0);
-  const WindingNumbers numbers({ cloud, fits, unturned }, component.Ids, component.Count);
+  const WindingNumbers shell({ cloud, fits, unturned }, sets.Begin(number), sets.Size(number));
   const size_t count = std::min<size_t>(between.size(), ContentSamples);
-  std::vector<double> inside(count, 0.0), all(count, 0.0);
+  std::vector<int> setsInside(count, -1);
   vtkSMPTools::For(0, static_cast<vtkIdType>(count), [&](vtkIdType s, vtkIdType end) {
     for (; s < end; ++s)
     {
       const int i = between[static_cast<size_t>(s) * between.size() / count];
-      all[s] = AreaOf(fits[i]);
-      inside[s] = numbers.At(i) >= (isMember[i] ? MemberInside : OtherInside) ? all[s] : 0.0;
+      setsInside[s] = setOf[i] != number && shell.At(i) >= MinWinding ? setOf[i] : -1;
     }
   });
-  const double area = std::accumulate(all.begin(), all.end(), 0.0);
-  return std::accumulate(inside.begin(), inside.end(), 0.0) / std::max(area, 1e-300);
+  const std::vector<int> whole = WhollyInside(shell, sets, setsInside);
+  double inside = 0.0, all = 0.0;
+  for (size_t s = 0; s < count; ++s)
+  {
+    const double area = AreaOf(fits[between[s * between.size() / count]]);
+    all += area;
+    inside += std::binary_search(whole.begin(), whole.end(), setsInside[s]) ? area : 0.0;
+  }
+  return inside / std::max(all, 1e-300);
 }
 }
 
 bool IsRoom(const LocalCloud& cloud, const PlaneFits& fits,
-  const std::vector<unsigned char>& twoSided, const Component& component)
+  const std::vector<unsigned char>& twoSided, const ConsistentSets& sets, int number)
 {
+  const Component component{ sets.Begin(number), sets.Size(number) };
   if (component.Count < MinPoints)
   {
     return false;
@@ -219,7 +267,7 @@ bool IsRoom(const LocalCloud& cloud, const PlaneFits& fits,
     const bool isAsHighAsRooms = height >= LowestRoom && height <= HighestRoom && height <= least;
     if (profile.HasFloorAndCeiling() &&
       ((isAsHighAsRooms && profile.HasTops()) ||
-        InsidePart(cloud, fits, component, axis, range) >= MinInside))
+        InsidePart(cloud, fits, sets, number, axis, range) >= MinInside))
     {
       return true;
     }

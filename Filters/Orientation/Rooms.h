@@ -5,7 +5,7 @@
  * As surfaces both are the same. But a room has a floor and a ceiling, and between them something
  * that nobody sees from outside:
  * - What stands free or hangs, such as chairs and lamps, lies inside of the surface, by its winding
- *   number.
+ *   number. What pokes into it from outside, as the foot of a statue into its base, does not count.
  * - What hides the floor or a wall, such as cupboards, is part of the surface. With normals that
  *   point out of the room its tops face down. So more level area between floor and ceiling faces
  *   down than up; where a thing stands on the ground, it is the other way round. There are things
@@ -16,14 +16,17 @@
  */
 #pragma once
 
+#include "Filters/Orientation/ConsistentSets.h"
 #include "Filters/Orientation/OutsideDecision.h"
 
 #include <vector>
 
 namespace SurfelGeometry
 {
-/// Whether a component whose normals point outward is a room.
+/// Whether a set of points whose normals point outward is a room.
 /// @param twoSided [n]
+/// @param sets     of all points
+/// @param number   of the set
 bool IsRoom(const LocalCloud& cloud, const PlaneFits& fits,
-  const std::vector<unsigned char>& twoSided, const Component& component);
+  const std::vector<unsigned char>& twoSided, const ConsistentSets& sets, int number);
 }

@@ -102,8 +102,8 @@ Sampled MakeRoom(double scale, double cupboard)
   return room;
 }
 
-/// A room is seen from inside: if something is in it, or if its cupboard is below and it is as high
-/// as a room. Others are boxes.
+/// A room is seen from inside: if something is wholly in it, or if its cupboard is below and it is as
+/// high as a room. Others are boxes.
 TEST_CASE("Rooms")
 {
   const auto facing = [](const Sampled& room, const Sampled& content) -> std::string {
@@ -130,6 +130,19 @@ TEST_CASE("Rooms")
   CHECK(facing(MakeRoom(0.1, 1.5), nothing) == "out");
   CHECK(facing(MakeRoom(1.0, 0.0), ball) == "in");
   CHECK(facing(MakeRoom(1.0, 0.0), beside) == "out");
+  // Noise takes points of a box inside, and what pokes into it goes on outside.
+  Sampled noisy = MakeRoom(1.0, 0.0), statue = MakeSphere(0.8, 5000, Random(14));
+  Random noise(15);
+  for (Vec& p : noisy.Points)
+  {
+    for (double& x : p)
+    {
+      x += 0.025 * noise.Uniform(-1.7, 1.7);
+    }
+  }
+  statue.Shift({ 2.5, 2, 2.3 });
+  CHECK(facing(noisy, nothing) == "out");
+  CHECK(facing(MakeRoom(1.0, 0.0), statue) == "out");
   // Of a sphere in a sphere nothing is level. MakeSphere's normals are outward, and stay.
   CHECK(facing(MakeSphere(2.0, 20000, Random(13)), MakeSphere(0.4, 2000, Random(12))) == "in");
 }
