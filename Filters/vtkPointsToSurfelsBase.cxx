@@ -3,7 +3,7 @@
 
 #include "Filters/Common/InputArrays.h"
 #include "Filters/Common/ScanSensor.h"
-#include "Filters/Orientation/ScanOrder.h"
+#include "Filters/Scanners/ScanOrder.h"
 #include "vtkPointCloudCleaning.h"
 #include "vtkSurfelEstimation.h"
 #include "vtkSurfelNormalization.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "Filters/Orientation/ScanOrder.h"
+#include "Filters/Scanners/ScanOrder.h"
 
-#include "Filters/Orientation/ScanPlaces.h"
+#include "Filters/Scanners/ScanPlaces.h"
 
 #include "vtkFloatArray.h"
 #include "vtkPoints.h"

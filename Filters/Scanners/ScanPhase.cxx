@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "Filters/Orientation/ScanPhase.h"
+#include "Filters/Scanners/ScanPhase.h"
 
 #include <Eigen/Dense>
 

@@ -5,7 +5,7 @@
  */
 #pragma once
 
-#include "Filters/Orientation/ScanWindows.h"
+#include "Filters/Scanners/ScanWindows.h"
 
 #include <Eigen/Core>
 

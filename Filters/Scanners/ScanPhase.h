@@ -6,7 +6,7 @@
  */
 #pragma once
 
-#include "Filters/Orientation/ScanSteps.h"
+#include "Filters/Scanners/ScanSteps.h"
 
 #include <Eigen/Core>
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "Filters/Orientation/ScanWindows.h"
+#include "Filters/Scanners/ScanWindows.h"
 
 #include "Filters/Common/Median.h"
-#include "Filters/Orientation/BeamOrder.h"
+#include "Filters/Scanners/BeamOrder.h"
 
 #include <Eigen/Geometry>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "Filters/Orientation/ScanSteps.h"
+#include "Filters/Scanners/ScanSteps.h"
 
 #include "Filters/Common/Median.h"
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "Filters/Orientation/ScanPlaces.h"
+#include "Filters/Scanners/ScanPlaces.h"
 
 #include "Filters/Common/Hash.h"
-#include "Filters/Orientation/ScanPhase.h"
+#include "Filters/Scanners/ScanPhase.h"
 
 #include <Eigen/Dense>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "Filters/Orientation/BeamOrder.h"
+#include "Filters/Scanners/BeamOrder.h"
 
 #include <algorithm>
 #include <cstdint>
