@@ -166,7 +166,7 @@ private:
     for (int c = 0; c < sets.Count(); ++c)
     {
       const Component component{ sets.Begin(c), sets.Size(c) };
-      if (IsRoom(this->Cloud, this->Fits, result.TwoSided, sets, c))
+      if (IsRoom(this->Cloud, this->Graph, this->Fits, result.TwoSided, sets, c))
       {
         for (int m = 0; m < component.Count; ++m)
         {

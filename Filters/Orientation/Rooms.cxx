@@ -2,6 +2,7 @@
 #include "Filters/Orientation/Rooms.h"
 
 #include "Filters/Common/LocalCloud.h"
+#include "Filters/Common/NeighborGraph.h"
 
 #include "vtkSMPTools.h"
 
@@ -189,25 +190,53 @@ bool GoesOutside(const WindingNumbers& shell, const Component& set)
   return outside > MaxOutside * samples;
 }
 
-/// Those of some sets that do not go on outside, ascending.
-/// @param numbers -1: none
-std::vector<int> WhollyInside(
-  const WindingNumbers& shell, const ConsistentSets& sets, std::vector<int> numbers)
+/// The sets beside one, but for another one.
+std::vector<int> SetsBeside(
+  const NeighborGraph& graph, const std::vector<int>& setOf, const Component& set, int other)
 {
+  std::vector<int> beside;
+  for (int m = 0; m < set.Count; ++m)
+  {
+    const int* row = graph.Row(static_cast<size_t>(set.Ids[m]));
+    for (int k = 0; k < KeptNeighbors && row[k] >= 0; ++k)
+    {
+      const int number = setOf[row[k]];
+      if (number != setOf[set.Ids[m]] && number != other)
+      {
+        beside.push_back(number);
+      }
+    }
+  }
+  std::sort(beside.begin(), beside.end());
+  beside.erase(std::unique(beside.begin(), beside.end()), beside.end());
+  return beside;
+}
+
+/// Those of some sets that do not go on outside, nor the sets beside them, ascending.
+/// @param numbers -1: none
+std::vector<int> WhollyInside(const WindingNumbers& shell, const NeighborGraph& graph,
+  const ConsistentSets& sets, const std::vector<int>& setOf, int number, std::vector<int> numbers)
+{
+  const auto goesOutside = [&](int set) {
+    return GoesOutside(shell, { sets.Begin(set), sets.Size(set) });
+  };
   std::sort(numbers.begin(), numbers.end());
   numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
   numbers.erase(std::remove_if(numbers.begin(), numbers.end(),
                   [&](int set) {
-                    return set < 0 || GoesOutside(shell, { sets.Begin(set), sets.Size(set) });
+                    if (set < 0 || goesOutside(set))
+                    {
+                      return true;
+                    }
+                    const std::vector<int> beside =
+                      SetsBeside(graph, setOf, { sets.Begin(set), sets.Size(set) }, number);
+                    return std::any_of(beside.begin(), beside.end(), goesOutside);
                   }),
     numbers.end());
   return numbers;
 }
 
-/// Part of the area between floor and ceiling, of all points of the cloud, that other sets have
-/// which are wholly inside.
-double InsidePart(const LocalCloud& cloud, const PlaneFits& fits, const ConsistentSets& sets,
-  int number, int axis, const Range& range)
+std::vector<int> PointsBetween(const LocalCloud& cloud, int axis, const Range& range)
 {
   std::vector<int> between;
   for (int i = 0; i < cloud.Size(); ++i)
@@ -217,6 +246,14 @@ double InsidePart(const LocalCloud& cloud, const PlaneFits& fits, const Consiste
       between.push_back(i);
     }
   }
+  return between;
+}
+
+/// Part of the area between floor and ceiling, of all points of the cloud, that other sets have
+/// which are wholly inside.
+double InsidePart(const LocalCloud& cloud, const NeighborGraph& graph, const PlaneFits& fits,
+  const ConsistentSets& sets, int number, const std::vector<int>& between)
+{
   const std::vector<int> setOf = NumberSets(sets);
   const std::vector<char> unturned(static_cast<size_t>(cloud.Size()), 0);
   const WindingNumbers shell({ cloud, fits, unturned }, sets.Begin(number), sets.Size(number));
@@ -229,7 +266,7 @@ double InsidePart(const LocalCloud& cloud, const PlaneFits& fits, const Consiste
       setsInside[s] = setOf[i] != number && shell.At(i) >= MinWinding ? setOf[i] : -1;
     }
   });
-  const std::vector<int> whole = WhollyInside(shell, sets, setsInside);
+  const std::vector<int> whole = WhollyInside(shell, graph, sets, setOf, number, setsInside);
   double inside = 0.0, all = 0.0;
   for (size_t s = 0; s < count; ++s)
   {
@@ -241,7 +278,7 @@ double InsidePart(const LocalCloud& cloud, const PlaneFits& fits, const Consiste
 }
 }
 
-bool IsRoom(const LocalCloud& cloud, const PlaneFits& fits,
+bool IsRoom(const LocalCloud& cloud, const NeighborGraph& graph, const PlaneFits& fits,
   const std::vector<unsigned char>& twoSided, const ConsistentSets& sets, int number)
 {
   const Component component{ sets.Begin(number), sets.Size(number) };
@@ -267,7 +304,8 @@ bool IsRoom(const LocalCloud& cloud, const PlaneFits& fits,
     const bool isAsHighAsRooms = height >= LowestRoom && height <= HighestRoom && height <= least;
     if (profile.HasFloorAndCeiling() &&
       ((isAsHighAsRooms && profile.HasTops()) ||
-        InsidePart(cloud, fits, sets, number, axis, range) >= MinInside))
+        InsidePart(cloud, graph, fits, sets, number, PointsBetween(cloud, axis, range)) >=
+          MinInside))
     {
       return true;
     }

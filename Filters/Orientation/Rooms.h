@@ -27,6 +27,6 @@ namespace SurfelGeometry
 /// @param twoSided [n]
 /// @param sets     of all points
 /// @param number   of the set
-bool IsRoom(const LocalCloud& cloud, const PlaneFits& fits,
+bool IsRoom(const LocalCloud& cloud, const NeighborGraph& graph, const PlaneFits& fits,
   const std::vector<unsigned char>& twoSided, const ConsistentSets& sets, int number);
 }

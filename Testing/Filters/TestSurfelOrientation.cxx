@@ -102,8 +102,8 @@ Sampled MakeRoom(double scale, double cupboard)
   return room;
 }
 
-/// A room is seen from inside: if something is wholly in it, or if its cupboard is below and it is as
-/// high as a room. Others are boxes.
+/// A room is seen from inside: if something is wholly in it, or if its cupboard is below and it is
+/// as high as a room. Others are boxes.
 TEST_CASE("Rooms")
 {
   const auto facing = [](const Sampled& room, const Sampled& content) -> std::string {
@@ -145,6 +145,27 @@ TEST_CASE("Rooms")
   CHECK(facing(MakeRoom(1.0, 0.0), statue) == "out");
   // Of a sphere in a sphere nothing is level. MakeSphere's normals are outward, and stay.
   CHECK(facing(MakeSphere(2.0, 20000, Random(13)), MakeSphere(0.4, 2000, Random(12))) == "in");
+}
+
+/// Noise cuts the parts of two boxes that are inside of each other off those outside: still neither
+/// is a room. MakeRoom's normals are inward.
+TEST_CASE("Boxes in one another")
+{
+  Sampled boxes = MakeRoom(1.0, 0.0), other = MakeRoom(1.0, 0.0);
+  other.Shift({ 2.5, 2, 1.25 });
+  boxes.Append(other);
+  Random noise(16);
+  for (Vec& p : boxes.Points)
+  {
+    for (double& x : p)
+    {
+      x += 0.025 * noise.Uniform(-1.7, 1.7);
+    }
+  }
+  vtkNew<vtkSurfelEstimation> estimation;
+  Estimate(boxes, estimation);
+  const Surfels surfels(estimation->GetOutput());
+  CHECK(CountSides(surfels, boxes, 0, boxes.Points.size()).Right < 0.05);
 }
 
 /// A sphere with a hole at its bottom is closed; half a sphere is not.
