@@ -147,8 +147,8 @@ private:
         const int i = component.Ids[m];
         PlaneFit& fit = this->Fits[i];
         const bool isKnown = isWhole || (side != 0 && !this->AreOpen[i]);
-        const bool hasOutside = fit.Given ||
-          (isKnown && fit.HasPlane() && !this->IsTurnedAway(input, i, side));
+        const bool hasOutside =
+          fit.Given || (isKnown && fit.HasPlane() && !this->IsTurnedAway(input, i, side));
         result.TwoSided[i] = hasOutside ? 0 : 1;
         if (!fit.Given)
         {
