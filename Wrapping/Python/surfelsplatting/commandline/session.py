@@ -122,14 +122,14 @@ class Session:
         """-> vtkPolyData with the arrays of the data contract
 
         with_hierarchy: whether a hierarchy may come along, if there is need of one
-        all_arrays: False: only those that a picture needs, if a hierarchy comes along
+        all_arrays: False: only those that a picture needs, if a hierarchy may come along
         """
         if self.needs_hierarchy:
             check_memory(cloud, self.arguments)
-        with_hierarchy = with_hierarchy and self.needs_hierarchy
         if with_hierarchy and not all_arrays and not cloud.is_drawable:
             cloud = replace(cloud, data=without_unused_arrays(
                 cloud.data, self.arguments.scalars, TO_SCANNER, *cloud.normals))
+        with_hierarchy = with_hierarchy and self.needs_hierarchy
         surfels = make_surfels(
             cloud, self.arguments, with_hierarchy, self.messages, self.progress, self.run)
         keep_sensor(cloud, surfels)
