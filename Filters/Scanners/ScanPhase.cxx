@@ -17,7 +17,7 @@ constexpr double TwoPi = 6.283185307179586;
 
 /// So many jumps at least, whose mean cosine of the phase is this much. (It is 0.96 and more from
 /// scanners, less from beside them, and 0.2 from elsewhere.)
-constexpr std::size_t LeastJumps = 10;
+constexpr std::size_t LeastPhased = 10;
 constexpr double LeastCosine = 0.4;
 
 /// Jumps are off across their lines by less than this. (Weighted as in ScanSteps.cxx.)
@@ -81,7 +81,7 @@ bool FindPhase(
   {
     slopes += jump.Slope(place) / jump.Unit;
   }
-  if (jumps.size() < LeastJumps || !(slopes > 0.0))
+  if (jumps.size() < LeastPhased || !(slopes > 0.0))
   {
     return false;
   }

@@ -235,7 +235,7 @@ Vector3d Refine(Vector3d place, const Windows& jumps, Steps are)
 }
 
 /// The jumps that agree with a place.
-class Agreement
+class PlaceAgreement
 {
 public:
   void Add(const Vector3d& place, const ScanWindow& window, Steps are)
@@ -274,7 +274,7 @@ private:
 /// Number of jumps that agree with a place; 0 if they are too few for a scanner.
 int CountIfScanner(const Vector3d& place, const Windows& jumps, Steps are, double size)
 {
-  Agreement agreement;
+  PlaceAgreement agreement;
   for (const ScanWindow* window : jumps)
   {
     agreement.Add(place, *window, are);
