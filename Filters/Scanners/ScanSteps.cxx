@@ -151,6 +151,12 @@ double UnitOf(const Line& line)
   return 0.0;
 }
 
+/// What is off along a line and across it, together. (std::hypot would need glibc 2.35.)
+double OffBoth(double x, double y)
+{
+  return std::sqrt(x * x + y * y);
+}
+
 /// Distance of steps from the line along which they are, and how far their length is from the mean.
 SeenSteps SeeAligned(const Line& line)
 {
@@ -162,7 +168,7 @@ SeenSteps SeeAligned(const Line& line)
   {
     const double length = perLength * line.Lengths[k];
     seen.Off[k] =
-      std::hypot(weight * line.Across[k], std::max({ 0.0, -length, length - LongestStep }));
+      OffBoth(weight * line.Across[k], std::max({ 0.0, -length, length - LongestStep }));
   }
   const double length = perLength * line.Lengths[StepsBeside];
   seen.MiddleOff =
@@ -183,7 +189,7 @@ SeenSteps SeeMultiples(const Line& line)
     const double n = UnitsIn(length, 1.0);
     // Lines may be bent: what is off across counts where the jump is, and elsewhere less.
     const double across = line.Across[k] * (k == StepsBeside ? perUnit : 1.0 / line.Mean);
-    seen.Off[k] = std::hypot(across, length - n);
+    seen.Off[k] = OffBoth(across, length - n);
     if (k == StepsBeside)
     {
       seen.MiddleOff = across * line.Normal + (length - n) * line.Along;

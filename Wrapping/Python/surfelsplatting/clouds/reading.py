@@ -320,7 +320,7 @@ _COMPONENTS = {"SurfelCovariance": (6,), "SurfelAreaVector": (3,), "SurfelTwoSid
 def _check_arrays(data, path):
     fields, points = data.GetFieldData(), data.GetPointData()
     origin = fields.GetArray("SurfelOrigin")
-    if origin and origin.GetNumberOfValues() != 3:
+    if origin is not None and origin.GetNumberOfValues() != 3:
         fields.RemoveArray("SurfelOrigin")  # the picture shows the whole, wherever that is
     for name, components in _COMPONENTS.items():
         array = points.GetArray(name)  # None for one of texts
