@@ -20,6 +20,10 @@ constexpr double EquallyLate = 0.25, LeastEqual = 0.45;
 /// The next point of a beam is not later than so many rounds.
 constexpr double LatestRound = 2.6;
 
+/// So many points are looked at beside one, at most.
+constexpr std::size_t MostReach = 128;
+static_assert(LatestRound * MostBeams <= MostReach && MostLate <= MostReach, "FirstNear has room");
+
 /// As near as the nearest, up to so many times: noise, or the round after the next.
 constexpr double AboutAsNear = 2.0;
 
@@ -30,7 +34,7 @@ constexpr std::size_t None = std::numeric_limits<std::size_t>::max();
 std::size_t FirstNear(const Positions& points, std::size_t i, std::size_t reach, int way)
 {
   const std::size_t most = std::min(reach, way > 0 ? points.size() - 1 - i : i);
-  double squares[256];
+  double squares[MostReach];
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < most; ++k)
   {

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * The choice of detail and what is skipped: cuts that are cuts, coverage that stays at every level,
- * pictures that no skip changes, work that follows what is seen.
+ * The choice of detail: cuts that are cuts, coverage that stays at every level, work that follows
+ * what is seen. TestSkips.cxx has what is skipped.
  */
 #include "Core/Splats/SplatMaker.h"
+#include "RoomScene.h"
 #include "TestScene.h"
 #include "Testing/Shared/Check.h"
 
@@ -16,138 +17,6 @@ using namespace SurfelSplatting;
 
 namespace
 {
-/// Several balls, a floor and a stack of screens: things in front of, behind and beside each other.
-TestCloud Room(int count, Random& random)
-{
-  TestCloud cloud;
-  for (int i = 0; i < count; ++i)
-  {
-    TestSurfel s;
-    const int ball = i % 5;
-    if (i % 2 == 0)
-    {
-      const int screen = i / 2 % 6;
-      s.Position = { random.Uniform(-2, 0), random.Uniform(-1, 1), -2.0 - 0.3 * screen };
-      s.Normal = { 0, 0, 1 };
-      s.TwoSided = true;
-      s.Area = 4.0 * 12.0 / count * 2.0; // more than its share: opaque
-    }
-    else if (ball < 3)
-    {
-      s.Normal = random.Direction();
-      for (int c = 0; c < 3; ++c)
-      {
-        const double centers[3][3] = { { 0, 0, 0 }, { 1.6, 0.4, -1.5 }, { -1.2, -0.3, 1.4 } };
-        s.Position[c] = centers[ball][c] + 0.7 * s.Normal[c];
-      }
-      s.Area = 0.49 * 12.57 / (0.1 * count);
-    }
-    else
-    {
-      s.Position = { random.Uniform(-4, 4), -1.0, random.Uniform(-4, 4) };
-      s.Normal = { 0, 1, 0 };
-      s.TwoSided = i % 4 == 1;
-      s.Area = 64.0 / (0.2 * count);
-    }
-    s.SigmaU = s.SigmaV = 0.55 * std::sqrt(s.Area);
-    const float light = static_cast<float>(0.5 + 0.5 * std::sin(6.0 * s.Position[0]));
-    s.Color = { { light, 0.6f, 1.0f - light, 1.0f } };
-    cloud.Add(s);
-  }
-  return cloud;
-}
-
-/// A view from a point to a point, with any roll.
-View LookAt(const Vector3& from, const Vector3& to, double roll, int size, double f)
-{
-  View view = PinholeView(size, size, f);
-  const Vector3 z = Normalized(to - from);
-  Vector3 u, v;
-  Tangents(z, u, v);
-  const double c = std::cos(roll), s = std::sin(roll);
-  view.WorldToCamera.L = { c * u + s * v, c * v - s * u, z };
-  for (int i = 0; i < 3; ++i)
-  {
-    view.WorldToCamera.T[i] = -Dot(view.WorldToCamera.L[i], from);
-  }
-  view.Near = 1e-6;
-  return view;
-}
-
-/// Inside the cloud, at it, behind it and far away; pinholes and lenses.
-SplatContext RandomContext(Random& random, int number)
-{
-  SplatContext context;
-  const double distances[] = { 0.3, 1.0, 3.0, 8.0, 40.0 };
-  const double distance = distances[number % 5];
-  const Vector3 d = random.Direction(), a = random.Direction();
-  const Vector3 to{ 1.5 * a[0], 0.5 * a[1], 1.5 * a[2] };
-  const Vector3 from{ to[0] + distance * d[0], to[1] + distance * d[1], to[2] + distance * d[2] };
-  context.Camera = LookAt(from, to, random.Uniform(0, 6.28), 96, random.Uniform(40, 200));
-  context.Optics.FocalDistance = distance * random.Uniform(0.5, 2.0);
-  context.Optics.Radius = number % 3 == 0 ? 0.0 : distance * random.Uniform(0.01, 0.2);
-  return context;
-}
-
-/// No skip changes a pixel by more than 1/255 against all of them switched off; with the leaves and
-/// with the choice of detail.
-TEST_CASE("Skips")
-{
-  Random random(1);
-  const TestHierarchy hierarchy(Room(20000, random));
-  CutStatistics skipped;
-  std::uint64_t hidden = 0;
-  double worst = 0.0;
-  for (int i = 0; i < 200; ++i)
-  {
-    SplatContext context = RandomContext(random, i);
-    context.Cut.Rule = i % 2 ? CutRule::Moments : CutRule::Leaves;
-    Splatter splatter;
-    Picture with(96, 96), without(96, 96);
-    splatter.Render(context, { hierarchy.Get() }, SerialExecutor(), with.Get());
-    skipped.OutsideLeaves += splatter.Statistics().Cut.OutsideLeaves;
-    skipped.BackLeaves += splatter.Statistics().Cut.BackLeaves;
-    hidden += splatter.Statistics().HiddenPairs + splatter.Statistics().HiddenSurfels;
-    context.Cut.SkipOutside = context.Cut.SkipBackFaces = context.SkipHidden = false;
-    splatter.Render(context, { hierarchy.Get() }, SerialExecutor(), without.Get());
-    CHECK(splatter.Statistics().Cut.OutsideLeaves == 0);
-    CHECK(splatter.Statistics().Cut.BackLeaves == 0);
-    CHECK(splatter.Statistics().HiddenPairs == 0);
-    CHECK(splatter.Statistics().HiddenSurfels == 0);
-    const double difference = LargestDifference(with, without);
-    CHECK(difference <= 1.0 / 255.0);
-    worst = std::max(worst, difference);
-  }
-  std::printf("skips: pixels off by %.5f at most\n", worst);
-  std::printf("skipped: %.0f outside, %.0f facing away, %.0f hidden\n", 1.0 * skipped.OutsideLeaves,
-    1.0 * skipped.BackLeaves, 1.0 * hidden);
-  CHECK(skipped.OutsideLeaves > 100000);
-  CHECK(skipped.BackLeaves > 100000);
-  CHECK(hidden > 1000);
-}
-
-/// The pixel filter is as wide along both axes, whatever the world is.
-TEST_CASE("What is outside of pixels that are not square")
-{
-  constexpr double d = 0.002; // a 50th of a pixel's height
-  TestCloud cloud;
-  for (int i = 0; i < 80000; ++i)
-  {
-    cloud.Add(SquareSurfel({ (i % 40 - 19.5) * d, (i / 40 - 999.5) * d, 2.0 }, d));
-  }
-  const TestHierarchy hierarchy(cloud);
-  SplatContext context;
-  context.Camera = PinholeView(24, 6, 400.0);
-  context.Camera.Fy = 20.0;
-  Splatter splatter;
-  Picture with(24, 6), without(24, 6);
-  splatter.Render(context, { hierarchy.Get() }, SerialExecutor(), with.Get());
-  CHECK(splatter.Statistics().Cut.OutsideLeaves > 40000);
-  context.Cut.SkipOutside = false;
-  splatter.Render(context, { hierarchy.Get() }, SerialExecutor(), without.Get());
-  CHECK(LargestDifference(with, without) <= 1e-5);
-}
-
 /// A gain of 2 allows nodes twice as large, where the blur decides: the error 2.
 TEST_CASE("Cells of the lens")
 {
@@ -537,46 +406,6 @@ TEST_CASE("Work follows pixels")
     static_cast<int>(splats[2]));
   CHECK(splats[2] < 4 * splats[1] / 2);
   CHECK(splats[2] < 8000);
-}
-
-/// Skips hide nothing of what is blurred before an opaque prop of others.
-TEST_CASE("Skips before props")
-{
-  Random random(3);
-  const TestHierarchy hierarchy(Room(20000, random));
-  std::vector<float> limit(96 * 96);
-  for (int i = 0; i < 100; ++i)
-  {
-    SplatContext context = RandomContext(random, i);
-    context.Optics.Radius *= 3.0; // much of it on coarse grids
-    const double distance = context.Optics.FocalDistance * random.Uniform(0.3, 1.5);
-    for (std::size_t p = 0; p < limit.size(); ++p)
-    {
-      limit[p] = p % 96 < 70 ? static_cast<float>(distance) : INFINITY;
-    }
-    const Picture with =
-      RenderPicture(context, { hierarchy.Get() }, SerialExecutor(), limit.data());
-    context.SkipHidden = false;
-    CHECK(LargestDifference(
-            with, RenderPicture(context, { hierarchy.Get() }, SerialExecutor(), limit.data())) <=
-      1.0 / 255.0);
-  }
-}
-
-/// Through a mirror, and stretched: cones say nothing then, and nothing is lost.
-TEST_CASE("Transforms")
-{
-  Random random(7);
-  TestCloud cloud = Room(8000, random);
-  cloud.LocalToWorld.L = { { { -1.0, 0.2, 0.0 }, { 0.0, 0.3, 0.1 }, { 0.0, 0.0, 2.0 } } };
-  const TestHierarchy hierarchy(cloud);
-  for (int i = 0; i < 30; ++i)
-  {
-    SplatContext context = RandomContext(random, i);
-    const Picture with = RenderPicture(context, { hierarchy.Get() });
-    context.Cut.SkipOutside = context.Cut.SkipBackFaces = context.SkipHidden = false;
-    CHECK(LargestDifference(with, RenderPicture(context, { hierarchy.Get() })) <= 1.0 / 255.0);
-  }
 }
 
 /// The same frame, bit for bit, at any number of threads, whichever tile comes first to a node.

@@ -205,8 +205,9 @@ def add_detail_options(parser):
     """Accuracy against time."""
     _add_accuracy_options(parser)
     detail = parser.add_argument_group(
-        "level of detail", "Blurred and tiny things are drawn with fewer, larger splats, of a hierarchy.\n"
-        "One sharp picture takes less time without, and has none unless an option here asks for it.")
+        "level of detail", "A hierarchy has fewer, larger splats for blurred and tiny things. One sharp\n"
+        "picture takes less time without it, and uses it only if --lod, --lod-error or\n"
+        "--color-by is given.")
     detail.add_argument("--lod", choices=("moments", "paper"), default="moments",
                         help="how one splat represents several surfels: by their moments and "
                              "colour gradients, or as in Krivanek et al. 2003 (default: moments)")

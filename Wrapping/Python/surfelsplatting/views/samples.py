@@ -125,14 +125,15 @@ def _masses(surfels, covariances, most):
 
 
 def _scattered(points, most):
-    """Which points are samples, one of so many, as Scene/SurfelSamples.h chooses them for files: those
+    """Which points are samples, one of so many, as Core/Surfels/SurfelSamples.h chooses them for files: those
     with the smallest keys of their coordinates. So a hierarchy, which has them in another order than the
     points it was made of, has the same."""
     count = len(points)
     step = max(1, count // most)
     if step == 1:
         return slice(None)
-    x, y, z = np.asarray(points, np.float32).view(np.uint32).T
+    with np.errstate(all="ignore"):  # doubles of damaged files
+        x, y, z = np.asarray(points, np.float32).view(np.uint32).T
     key = x * np.uint32(0x9E3779B1) ^ y * np.uint32(0x85EBCA77) ^ z * np.uint32(0xC2B2AE3D)
     key ^= key >> np.uint32(15)
     key *= np.uint32(0x2C1B3C6D)
