@@ -9,9 +9,12 @@
 #include <vtkActor.h>
 #include <vtkActorCollection.h>
 #include <vtkCamera.h>
+#include <vtkDemandDrivenPipeline.h>
+#include <vtkExecutive.h>
 #include <vtkFloatArray.h>
 #include <vtkImageData.h>
 #include <vtkInformation.h>
+#include <vtkInformationExecutivePortVectorKey.h>
 #include <vtkInformationVector.h>
 #include <vtkLight.h>
 #include <vtkLightCollection.h>
@@ -156,6 +159,35 @@ vtkMTimeType vtkSurfelImageRenderer::GetMTime()
   return time;
 }
 
+bool vtkSurfelImageRenderer::HasPicture(vtkInformation* output)
+{
+  auto* pipeline = vtkDemandDrivenPipeline::SafeDownCast(this->GetExecutive());
+  vtkDataObject* picture = output->Get(vtkDataObject::DATA_OBJECT());
+  return pipeline && picture && picture->GetUpdateTime() > pipeline->GetPipelineMTime();
+}
+
+vtkTypeBool vtkSurfelImageRenderer::ProcessRequest(
+  vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+{
+  if (request->Has(vtkDemandDrivenPipeline::REQUEST_DATA_NOT_GENERATED()))
+  {
+    vtkInformation* picture = outputVector->GetInformationObject(0);
+    vtkInformation* bytes = outputVector->GetInformationObject(1);
+    const int port = request->Get(vtkDemandDrivenPipeline::FROM_OUTPUT_PORT());
+    if (port == 1 && this->HasPicture(picture))
+    {
+      picture->Set(vtkDemandDrivenPipeline::DATA_NOT_GENERATED(), 1);
+    }
+    // To round takes a twentieth of a sharp frame. VTK's image writers update the first output,
+    // whichever they are connected to.
+    if (port == 0 && vtkExecutive::CONSUMERS()->Length(bytes) == 0)
+    {
+      bytes->Set(vtkDemandDrivenPipeline::DATA_NOT_GENERATED(), 1);
+    }
+  }
+  return this->Superclass::ProcessRequest(request, inputVector, outputVector);
+}
+
 int vtkSurfelImageRenderer::FillInputPortInformation(int, vtkInformation* info)
 {
   info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkPolyData");
@@ -231,10 +263,33 @@ SurfelSplatting::SceneView vtkSurfelImageRenderer::MakeView()
 int vtkSurfelImageRenderer::RequestData(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
+  const auto isWanted = [outputVector](int port) {
+    return !outputVector->GetInformationObject(port)->Has(
+      vtkDemandDrivenPipeline::DATA_NOT_GENERATED());
+  };
+  vtkImageData* picture = vtkImageData::GetData(outputVector);
+  if (isWanted(0) && !this->Draw(inputVector[0], picture))
+  {
+    return 0;
+  }
+  vtkImageData* bytes = vtkImageData::GetData(outputVector, 1);
+  if (isWanted(1))
+  {
+    this->RoundToBytes(picture, bytes);
+  }
+  else
+  {
+    bytes->Initialize(); // rather than the last picture
+  }
+  return 1;
+}
+
+bool vtkSurfelImageRenderer::Draw(vtkInformationVector* inputs, vtkImageData* picture)
+{
   if (!this->Camera)
   {
     vtkErrorMacro("There is no camera: call SetCamera().");
-    return 0;
+    return false;
   }
   vtkSurfelSplatter::SceneItems items;
   vtkCollectionSimpleIterator it;
@@ -243,17 +298,14 @@ int vtkSurfelImageRenderer::RequestData(
   {
     vtkSurfelSplatter::CollectItems(actor, items);
   }
-  this->AddInputs(inputVector[0], items);
-
+  this->AddInputs(inputs, items);
   if (!this->Splatter->Render(items, this->MakeView()))
   {
-    return 0;
+    return false;
   }
-  vtkImageData* output = vtkImageData::GetData(outputVector);
-  output->ShallowCopy(this->Splatter->GetOutput());
-  this->BlendBackground(output);
-  this->RoundToBytes(output, vtkImageData::GetData(outputVector, 1));
-  return 1;
+  picture->ShallowCopy(this->Splatter->GetOutput());
+  this->BlendBackground(picture);
+  return true;
 }
 
 void vtkSurfelImageRenderer::RoundToBytes(vtkImageData* picture, vtkImageData* bytes)

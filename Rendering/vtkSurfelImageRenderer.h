@@ -9,7 +9,8 @@
  *
  * The second output has the same picture as "Color8" (scalars; unsigned char RGB): 255 times the
  * values, rounded, over black where the picture is transparent; linear light becomes sRGB. Writers
- * of .png and .jpg files take it: writer->SetInputConnection(renderer->GetOutputPort(1)).
+ * of .png and .jpg files take it: writer->SetInputConnection(renderer->GetOutputPort(1)). It is
+ * made for connections and by Update(1); otherwise Update() leaves it empty.
  *
  * @sa vtkSurfelSplattingPass vtkSurfelSplatter
  */
@@ -105,6 +106,9 @@ public:
    */
   vtkMTimeType GetMTime() override;
 
+  vtkTypeBool ProcessRequest(
+    vtkInformation*, vtkInformationVector**, vtkInformationVector*) override;
+
 protected:
   vtkSurfelImageRenderer();
   ~vtkSurfelImageRenderer() override;
@@ -117,6 +121,8 @@ private:
   vtkSurfelImageRenderer(const vtkSurfelImageRenderer&) = delete;
   void operator=(const vtkSurfelImageRenderer&) = delete;
 
+  bool HasPicture(vtkInformation* output);
+  bool Draw(vtkInformationVector* inputs, vtkImageData* picture);
   void BlendBackground(vtkImageData* picture);
   void RoundToBytes(vtkImageData* picture, vtkImageData* bytes);
 #ifndef __VTK_WRAP__

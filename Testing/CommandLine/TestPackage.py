@@ -58,7 +58,7 @@ class TestPackage(ToolCase):
             "renderer = vtkSurfelImageRenderer(); renderer.SetCamera(vtkCamera())\n"
             "renderer.SetSize(2, 1); renderer.SetBackground(0.2, 0.4, 1)\n"
             "renderer.SetBackgroundAlpha(1); write_png(renderer, 'renderer.png')\n"
-            "write_png(renderer.GetOutput(1), 'bytes.png')\n")
+            "renderer.Update(1); write_png(renderer.GetOutput(1), 'bytes.png')\n")
         for name, expected in (("codes.png", [0, 128, 255]), ("light.png", [0, 188, 255])):
             self.assertEqual(self.read_png(name)[0].tolist(), [[value] * 3 for value in expected])
         for name in ("renderer.png", "bytes.png"):

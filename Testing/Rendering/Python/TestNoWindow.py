@@ -72,6 +72,30 @@ def test_bytes():
     assert renderer.GetOutput(1).GetDimensions() == (30, 20, 1)
 
 
+def test_bytes_are_made_if_asked_for():
+    renderer = vtkSurfelImageRenderer()
+    renderer.SetInputData(Surfels().sphere(300).data())
+    renderer.SetCamera(camera())
+    renderer.SetSize(30, 20)
+    renderer.Update()
+    picture, codes = renderer.GetOutput(), renderer.GetOutput(1)
+    assert picture.GetDimensions() == (30, 20, 1) and codes.GetNumberOfPoints() == 0
+    drawn = picture.GetMTime()
+    renderer.Update(1)
+    assert codes.GetDimensions() == (30, 20, 1) and picture.GetMTime() == drawn, "one frame for both"
+    renderer.Update(0)
+    renderer.Update(1)
+    assert codes.GetDimensions() == (30, 20, 1) and picture.GetMTime() == drawn
+    renderer.SetSize(40, 20)
+    renderer.Update()
+    assert codes.GetNumberOfPoints() == 0, "not those of the last picture"
+    writer = vtkPNGWriter()
+    writer.SetInputConnection(renderer.GetOutputPort(1))
+    renderer.SetSize(50, 20)
+    renderer.Update()
+    assert codes.GetDimensions() == (50, 20, 1)
+
+
 def test_error_is_heard():
     """An observer hears the error; nothing is raised and nothing crashes."""
     heard = []

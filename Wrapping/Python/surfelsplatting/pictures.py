@@ -62,6 +62,9 @@ def png_bytes(picture, linear_light=False):
     linear_light: float scalars are linear light and are converted to sRGB.
     """
     width, height, _ = picture.GetDimensions()
+    if 0 in (width, height):
+        raise ValueError("the picture is empty; the second output of a vtkSurfelImageRenderer is made by "
+                         "Update(1)")
     colors = _colors_of(picture).reshape(height, width, -1)[::-1]
     begins = range(0, height, STRIP)
 

@@ -164,7 +164,7 @@ def _draw(renderer, views, frames, numbers, session):
         renderer.SetCamera(make_camera(views[number]))
         set_lens(renderer.GetSplatter(), views[number])
         with session.interrupts.stopping(renderer):
-            renderer.Update()
+            renderer.Update(1)  # bytes
         session.messages.check()
         frames.write(number, png_bytes(renderer.GetOutput(1)))
         clock.one_done()

@@ -22,12 +22,12 @@ class Progress:
         self._began = 0.0
         self._logged = 0.0
 
-    def update(self, algorithm, label):
-        """Updates the algorithm; Ctrl-C stops it."""
+    def update(self, algorithm, label, port=0):
+        """Updates an output of the algorithm; Ctrl-C stops it."""
         observer = algorithm.AddObserver(
             "ProgressEvent", lambda caller, _event: self.show(label, caller.GetProgress()))
         with self._interrupts.stopping(algorithm):
-            algorithm.Update()
+            algorithm.Update(port)
         algorithm.RemoveObserver(observer)
 
     def show(self, label, fraction):

@@ -67,19 +67,23 @@ def _place(view, cloud, surfels, samples, session):
     return complete_view(view, cloud, surfels, session.note, samples)
 
 
+def _picture_port(arguments):
+    """The output of the renderer that is written: 0 has floats, 1 bytes."""
+    return 0 if arguments.output.lower().endswith(".exr") else 1
+
+
 def _render_frames(renderer, count, session):
     for number in range(count):
         session.progress.show("rendering", number / count)
         renderer.Modified()  # render every frame, although nothing has changed
-        session.progress.update(renderer, "rendering")
+        session.progress.update(renderer, "rendering", _picture_port(session.arguments))
         session.messages.check()
         session.run.note_frame(renderer.GetSplatter())
 
 
 def _write_outputs(renderer, surfels, drawn, arguments, session):
     with session.run.stage("write"):
-        is_exr = arguments.output.lower().endswith(".exr")
-        write_picture(renderer.GetOutput(0 if is_exr else 1), arguments.output, arguments.deep,
+        write_picture(renderer.GetOutput(_picture_port(arguments)), arguments.output, arguments.deep,
                       arguments.linear_light, session.messages)
         if arguments.surfels:
             write_surfels(surfels, arguments.surfels, session.messages)
