@@ -301,7 +301,8 @@ void SplatExchange::Exchange(int width, int height, const Executor& executor, Sp
   }
   std::vector<Message> messages;
   this->Group.DoOwn([&] { messages = this->Pack(executor, list); });
-  this->Unpack(this->Group.Exchange(std::move(messages)), executor, list);
+  messages = this->Group.Exchange(std::move(messages));
+  this->Group.DoOwn([&] { this->Unpack(messages, executor, list); });
 }
 
 void SplatExchange::ShareLargest(std::vector<float>& values) const
@@ -323,13 +324,15 @@ void SplatExchange::Collect(const Frame& frame)
   const auto width = static_cast<std::size_t>(frame.Width);
   const RowRange own = this->Rows();
   Message message;
-  if (!this->Group.IsRoot() && own.Begin < own.End)
-  {
-    const std::size_t first = width * static_cast<std::size_t>(own.Begin);
-    const std::size_t count = width * static_cast<std::size_t>(own.End - own.Begin);
-    Put(frame.Color + 4 * first, 4 * count, message);
-    Put(frame.Depth + first, count, message);
-  }
+  this->Group.DoOwn([&] {
+    if (!this->Group.IsRoot() && own.Begin < own.End)
+    {
+      const std::size_t first = width * static_cast<std::size_t>(own.Begin);
+      const std::size_t count = width * static_cast<std::size_t>(own.End - own.Begin);
+      Put(frame.Color + 4 * first, 4 * count, message);
+      Put(frame.Depth + first, count, message);
+    }
+  });
   const std::vector<Message> messages = this->Group.ToRoot(std::move(message));
   for (std::size_t rank = 1; rank < messages.size(); ++rank)
   {

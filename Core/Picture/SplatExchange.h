@@ -50,11 +50,11 @@ public:
   /**
    * Collective. Replaces the splats of this rank's surfels by those of all ranks that reach its
    * rows, rank after rank. The first splats of a picture determine the bands, for even work.
-   * @throw RanksLackMemory on all ranks if one cannot pack its splats
+   * @throw RanksLackMemory on all ranks if one lacks memory for splats
    */
   void Exchange(int width, int height, const Executor& executor, SplatList& list);
 
-  /// Ranks::DoOwn, for what comes before: a rank that fails takes part in Exchange no more.
+  /// Ranks::DoOwn, for what lies between exchanges: a rank that fails takes part in no more.
   void DoOwn(const std::function<void()>& work) const { this->Group.DoOwn(work); }
 
   /// This rank's rows, multiples of tiles. With more ranks than rows of tiles, some have none.

@@ -61,6 +61,18 @@ double BlurGain(std::size_t cells, bool few)
 {
   return std::pow(static_cast<double>(cells), few ? 1.0 / 3.0 : 1.0 / 6.0);
 }
+
+/// Does what a rank does by itself between exchanges: if it fails on one, all throw.
+template <typename Work>
+void DoOwn(const RenderTarget& target, const Work& work)
+{
+  if (target.Exchange)
+  {
+    target.Exchange->DoOwn(work);
+    return;
+  }
+  work();
+}
 }
 
 void FrameStatistics::Add(const FrameStatistics& other)
@@ -244,6 +256,15 @@ void Splatter::SetDivision(const SplatContext& context, const std::vector<SubApe
   }
 }
 
+/// Memory for a mean of cells, where the picture keeps what the whole lens sees.
+Frame Splatter::MeanBeside(const Frame& picture)
+{
+  const std::size_t pixels = static_cast<std::size_t>(picture.Width) * picture.Height;
+  this->MeanColor.resize(4 * pixels);
+  this->MeanDepth.resize(pixels);
+  return { picture.Width, picture.Height, this->MeanColor.data(), this->MeanDepth.data() };
+}
+
 /// Renders through the cells of the lens, one after another, and takes their mean.
 bool Splatter::RenderCells(const SplatContext& context, const std::vector<SurfelCloud>& clouds,
   const Executor& executor, const RenderTarget& target, const CellFunction& afterCell)
@@ -262,14 +283,12 @@ bool Splatter::RenderCells(const SplatContext& context, const std::vector<Surfel
   {
     this->RenderWhole(context, clouds, executor, target);
     total = this->Stats;
-    const std::size_t pixels = static_cast<std::size_t>(mean.Width) * mean.Height;
-    this->MeanColor.resize(4 * pixels);
-    this->MeanDepth.resize(pixels);
-    mean.Color = this->MeanColor.data();
-    mean.Depth = this->MeanDepth.data();
   }
   this->SetDivision(context, cells);
-  this->Average.Start(mean, this->Doubtful, executor);
+  DoOwn(target, [&] {
+    mean = everywhere ? mean : this->MeanBeside(mean);
+    this->Average.Start(mean, this->Doubtful, executor);
+  });
   RenderTarget cellTarget = target;
   cellTarget.Picture = this->Average.Next();
   cellTarget.Mean = &this->Average;
@@ -289,11 +308,13 @@ bool Splatter::RenderCells(const SplatContext& context, const std::vector<Surfel
     goOn = done == cells.size() || !afterCell ||
       afterCell(static_cast<double>(done) / static_cast<double>(cells.size()));
   }
-  this->Average.Finish();
-  if (!everywhere)
-  {
-    this->Doubtful.Mix(mean, target.Picture, executor);
-  }
+  DoOwn(target, [&] {
+    this->Average.Finish();
+    if (!everywhere)
+    {
+      this->Doubtful.Mix(mean, target.Picture, executor);
+    }
+  });
   this->Stats = total;
   return goOn;
 }
@@ -358,7 +379,6 @@ RasterSettings Splatter::ResolveCoarseGrids(const Executor& executor)
 void Splatter::RenderCell(
   const std::vector<SurfelCloud>& clouds, const Executor& executor, const RenderTarget& target)
 {
-  const PictureSize size{ this->Cell.Camera.Width, this->Cell.Camera.Height };
   if (target.Sink)
   {
     target.Sink->BeginCell();
@@ -378,6 +398,13 @@ void Splatter::RenderCell(
   {
     this->MakeSplats(clouds, !target.Sink, executor);
   }
+  DoOwn(target, [&] { this->DrawSplats(executor, target); });
+}
+
+/// Draws List and Lazy.
+void Splatter::DrawSplats(const Executor& executor, const RenderTarget& target)
+{
+  const PictureSize size{ this->Cell.Camera.Width, this->Cell.Camera.Height };
   StopWatch watch;
   RasterSettings settings = this->ResolveCoarseGrids(executor);
   settings.Doubts = this->SumsDoubts;

@@ -112,10 +112,12 @@ private:
   void SetDivision(const SplatContext& context, const std::vector<SubAperture>& cells);
   void RenderWhole(const SplatContext& context, const std::vector<SurfelCloud>& clouds,
     const Executor& executor, const RenderTarget& target);
+  Frame MeanBeside(const Frame& picture);
   bool RenderCells(const SplatContext& context, const std::vector<SurfelCloud>& clouds,
     const Executor& executor, const RenderTarget& target, const CellFunction& afterCell);
   void RenderCell(
     const std::vector<SurfelCloud>& clouds, const Executor& executor, const RenderTarget& target);
+  void DrawSplats(const Executor& executor, const RenderTarget& target);
   void MakeSplats(const std::vector<SurfelCloud>& clouds, bool mayWait, const Executor& executor);
   void ExchangeSplats(
     const std::vector<SurfelCloud>& clouds, const Executor& executor, SplatExchange& exchange);

@@ -40,13 +40,15 @@ const float* PropOccluders::SplatBlurredPixels(
 const float* PropOccluders::ShareDepth(const SceneView& view, const float* depth, Ranks& ranks)
 {
   const std::size_t pixels = NumberOfPixels(view);
-  this->RootDepth.clear();
-  if (depth && std::any_of(depth, depth + pixels, [](float distance) {
-        return distance < std::numeric_limits<float>::infinity();
-      }))
-  {
-    Put(depth, pixels, this->RootDepth);
-  }
+  ranks.DoOwn([&] {
+    this->RootDepth.clear();
+    if (depth && std::any_of(depth, depth + pixels, [](float distance) {
+          return distance < std::numeric_limits<float>::infinity();
+        }))
+    {
+      Put(depth, pixels, this->RootDepth);
+    }
+  });
   this->RootDepth = ranks.FromRoot(this->RootDepth);
   return this->RootDepth.empty() ? nullptr : reinterpret_cast<const float*>(this->RootDepth.data());
 }

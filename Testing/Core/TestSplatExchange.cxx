@@ -124,35 +124,50 @@ TEST_CASE("Hidden surfels")
   CHECK(largest <= 1.0f / 512.0f);
 }
 
-/// Fails on one rank.
+/// Counts its calls, and fails in one of them.
 template <typename Problem>
 class FailingExecutor : public SerialExecutor
 {
 public:
-  explicit FailingExecutor(const Problem& problem)
+  FailingExecutor(const Problem& problem, int failing)
     : What(problem)
+    , Failing(failing)
   {
   }
-  void For(std::size_t, std::size_t, const RangeFunction&) const override { throw this->What; }
+  void For(std::size_t size, std::size_t grain, const RangeFunction& function) const override
+  {
+    if (this->Calls++ == this->Failing)
+    {
+      throw this->What;
+    }
+    SerialExecutor::For(size, grain, function);
+  }
+  mutable int Calls = 0;
 
 private:
   Problem What;
+  int Failing;
 };
 
-/// Number of the three ranks that throw a problem which one of them has.
-template <typename Problem>
-int CountFailed(const Problem& problem)
+struct Failures
 {
-  const TestCloud cloud = MakeCloud(1, 3000);
-  const SplatContext context = MakeContext(4.0);
-  std::atomic<int> failed{ 0 };
+  int Ranks = 0; ///< of the three ranks, how many threw the problem that one of them has
+  int Calls = 0; ///< of the executor of that rank
+};
+
+/// A picture through cells of the lens, in part, and with coarse grids.
+template <typename Problem>
+Failures CountFailures(const Problem& problem, int failing)
+{
+  const TestCloud cloud = MakeCloud(1, 500);
+  SplatContext context = MakeContext(30.0);
+  context.Sampling.Count = 7;
+  std::atomic<int> failed{ 0 }, calls{ 0 };
   ThreadRanks::Run(3, [&](Ranks& group) {
     SplatExchange exchange(group);
     Splatter splatter;
     Picture picture(Width, Height);
-    const FailingExecutor<Problem> failing(problem);
-    const SerialExecutor serial;
-    const Executor& executor = group.Rank() == 1 ? static_cast<const Executor&>(failing) : serial;
+    const FailingExecutor<Problem> executor(problem, group.Rank() == 1 ? failing : -1);
     try
     {
       RenderTarget target = picture.Get();
@@ -166,14 +181,23 @@ int CountFailed(const Problem& problem)
     catch (const std::exception&)
     {
     }
+    calls += group.Rank() == 1 ? executor.Calls : 0;
   });
-  return failed;
+  return { failed, calls };
 }
 
+/// Memory may lack at each step of a picture; a file is read only where splats are made.
 TEST_CASE("Failure")
 {
-  CHECK(CountFailed(std::bad_alloc()) == 3);
-  CHECK(CountFailed(DamagedMemory("a file is damaged")) == 3);
+  const Failures none = CountFailures(std::bad_alloc(), -1);
+  CHECK(none.Ranks == 0);
+  CHECK(none.Calls > 7 * 8); // of each cell: splats, messages, raster
+  for (int call = 0; call < none.Calls; ++call)
+  {
+    CAPTURE(call);
+    CHECK(CountFailures(std::bad_alloc(), call).Ranks == 3);
+  }
+  CHECK(CountFailures(DamagedMemory("a file is damaged"), 0).Ranks == 3);
 }
 
 TEST_CASE("Agreement")
