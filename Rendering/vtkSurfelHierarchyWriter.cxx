@@ -11,9 +11,12 @@
 #include <vtkObjectFactory.h>
 #include <vtkPolyData.h>
 
+#include <cerrno>
 #include <cstdint>
 #include <exception>
 #include <new>
+#include <string>
+#include <system_error>
 #include <utility>
 
 vtkStandardNewMacro(vtkSurfelHierarchyWriter);
@@ -26,6 +29,37 @@ vtkSurfelHierarchyWriter::vtkSurfelHierarchyWriter()
 vtkSurfelHierarchyWriter::~vtkSurfelHierarchyWriter()
 {
   this->SetFileName(nullptr);
+}
+
+namespace
+{
+/// VTK's number of what went wrong. Limits of a user's files are full disks, too.
+unsigned long CodeOf(const std::exception& problem)
+{
+  const auto* system = dynamic_cast<const std::system_error*>(&problem);
+  if (!system || system->code() == std::errc::not_enough_memory)
+  {
+    return vtkErrorCode::UnknownError;
+  }
+  const bool isFull = system->code() == std::errc::no_space_on_device ||
+    system->code() == std::errc::file_too_large || system->code().value() == EDQUOT;
+  return isFull ? vtkErrorCode::OutOfDiskSpaceError : vtkErrorCode::CannotOpenFileError;
+}
+}
+
+void vtkSurfelHierarchyWriter::WarnOfLeftOut(vtkPolyData* surfels)
+{
+  std::string names;
+  for (const std::string& name : SurfelSplatting::ArraysLeftOut(surfels))
+  {
+    names += (names.empty() ? "" : ", ") + name;
+  }
+  if (!names.empty())
+  {
+    vtkWarningMacro("Arrays that are not in the file: "
+      << names
+      << ". Files hold arrays of numbers, with one tuple per point and names of up to 95 bytes.");
+  }
 }
 
 void vtkSurfelHierarchyWriter::ReportError(unsigned long code, const char* problem)
@@ -57,6 +91,7 @@ bool vtkSurfelHierarchyWriter::AddPiece(vtkPolyData* surfels)
     if (!this->Pieces)
     {
       this->Pieces.reset(new SurfelSplatting::SurfelSpool(this->FileName));
+      this->WarnOfLeftOut(surfels);
     }
     this->Pieces->Add(surfels);
     return true;
@@ -64,7 +99,7 @@ bool vtkSurfelHierarchyWriter::AddPiece(vtkPolyData* surfels)
   catch (const std::exception& problem)
   {
     this->Pieces.reset();
-    this->ReportError(vtkErrorCode::CannotOpenFileError, problem.what());
+    this->ReportError(CodeOf(problem), problem.what());
     return false;
   }
 }
@@ -81,7 +116,7 @@ int vtkSurfelHierarchyWriter::Write()
     }
     catch (const std::exception& problem)
     {
-      this->ReportError(vtkErrorCode::OutOfDiskSpaceError, problem.what());
+      this->ReportError(CodeOf(problem), problem.what());
       return 0;
     }
   }
@@ -99,7 +134,9 @@ int vtkSurfelHierarchyWriter::Write()
 int vtkSurfelHierarchyWriter::RequestData(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector*)
 {
-  return this->WriteFile(vtkPolyData::GetData(inputVector[0])) ? 1 : 0;
+  vtkPolyData* surfels = vtkPolyData::GetData(inputVector[0]);
+  this->WarnOfLeftOut(surfels);
+  return this->WriteFile(surfels) ? 1 : 0;
 }
 
 bool vtkSurfelHierarchyWriter::WriteFile(vtkPolyData* surfels)
@@ -125,7 +162,7 @@ bool vtkSurfelHierarchyWriter::WriteFile(vtkPolyData* surfels)
   }
   catch (const std::exception& problem)
   {
-    this->ReportError(vtkErrorCode::CannotOpenFileError, problem.what());
+    this->ReportError(CodeOf(problem), problem.what());
   }
   return false;
 }

@@ -7,7 +7,8 @@
  * it, for vtkSurfelHierarchyReader (.surfels, Documentation/DataContract.md). The file takes 48
  * bytes for the node of a surfel, 36 for its colours if the active scalars are colours of 8 bits, 4
  * for the bounds that select the cut, and the point arrays of the surfel. Point and field arrays of
- * numbers are kept; strings and cells are not. Gaussians in space are refused.
+ * numbers are kept; strings and cells are not, and a warning names what is left out. Gaussians in
+ * space are refused.
  *
  * Surfels without a hierarchy become one in the file; AddPiece() takes clouds that are larger than
  * the memory. It writes the whole file or none. If the file name is a link, its target is written
@@ -73,6 +74,7 @@ private:
 
   bool Begin(); ///< clears the error; false if there is no file name
   bool WriteFile(vtkPolyData* surfels);
+  void WarnOfLeftOut(vtkPolyData* surfels);
   void ReportError(unsigned long code, const char* problem);
 
   char* FileName = nullptr;

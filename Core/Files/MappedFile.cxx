@@ -18,7 +18,7 @@ namespace
 {
 [[noreturn]] void Fail(int code)
 {
-  throw std::runtime_error(std::generic_category().message(code));
+  throw std::system_error(code, std::generic_category());
 }
 
 /// A file descriptor that is closed at the end. The mapping stays.

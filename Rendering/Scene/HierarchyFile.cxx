@@ -112,13 +112,12 @@ int Contents::Add(
 /// Returns None for arrays that files cannot hold.
 int Contents::AddCopy(vtkDataArray* array, ArrayRole role, const char* name)
 {
-  name = name ? name : array->GetName();
   ArrayType type;
-  if (!FindStoredType(array, type) || array->GetNumberOfComponents() < 1 ||
-    (name && std::strlen(name) > ArrayFileWriter::LongestName))
+  if (!IsStorable(array) || !FindStoredType(array, type))
   {
     return None;
   }
+  name = name ? name : array->GetName();
   const auto components = static_cast<std::size_t>(array->GetNumberOfComponents());
   const auto tuples = static_cast<std::uint64_t>(array->GetNumberOfTuples());
   // Surfels with values that are not finite are no leaves.
@@ -378,6 +377,27 @@ vtkSmartPointer<vtkPolyData> Settled(vtkPolyData* input)
   settled->GetFieldData()->AddArray(moved);
   return settled;
 }
+}
+
+std::vector<std::string> ArraysLeftOut(vtkPolyData* input)
+{
+  std::vector<std::string> names;
+  const auto add = [&names](vtkFieldData* data, vtkIdType tuples) {
+    for (int i = 0; i < data->GetNumberOfArrays(); ++i)
+    {
+      vtkAbstractArray* array = data->GetAbstractArray(i);
+      if (!IsStorable(array) || (tuples >= 0 && array->GetNumberOfTuples() != tuples))
+      {
+        names.emplace_back(array->GetName() ? array->GetName() : "unnamed");
+      }
+    }
+  };
+  if (input)
+  {
+    add(input->GetPointData(), input->GetNumberOfPoints());
+    add(input->GetFieldData(), -1);
+  }
+  return names;
 }
 
 std::uint64_t WriteHierarchy(vtkPolyData* input, const std::string& path, const Executor& executor)

@@ -9,6 +9,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 class vtkPolyData;
 
@@ -16,6 +17,10 @@ namespace SurfelSplatting
 {
 /// Number of surfels above which Arrays::Samples are some of them (Core/Surfels/SurfelSamples.h).
 constexpr int SampleCount = 100000;
+
+/// Names of the point and field arrays that files do not hold: no numbers, names that are too long,
+/// or not one tuple per point.
+std::vector<std::string> ArraysLeftOut(vtkPolyData* input);
 
 /**
  * Writes a file. Of surfels without a hierarchy, makes one, in the file itself: besides the input,

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Rendering/Scene/MappedArrays.h"
 
+#include "Core/Files/ArrayFileWriter.h"
+
 #include <vtkAbstractArray.h>
 #include <vtkType.h>
 
 #include <cstdlib>
+#include <cstring>
 #include <map>
 #include <mutex>
 
@@ -124,6 +127,14 @@ bool FindStoredType(vtkDataArray* array, ArrayType& type)
     }
   }
   return false;
+}
+
+bool IsStorable(vtkAbstractArray* array)
+{
+  auto* numbers = vtkDataArray::SafeDownCast(array);
+  ArrayType type;
+  return numbers && FindStoredType(numbers, type) && numbers->GetNumberOfComponents() > 0 &&
+    (!numbers->GetName() || std::strlen(numbers->GetName()) <= ArrayFileWriter::LongestName);
 }
 
 vtkSmartPointer<vtkDataArray> AsType(vtkDataArray* array, int type)

@@ -24,6 +24,9 @@ std::shared_ptr<const ArrayFile> FindArrayFile(vtkDataArray* array);
 /// The type of an array in a file; false if files have no such type.
 bool FindStoredType(vtkDataArray* array, ArrayType& type);
 
+/// Whether files hold such an array: of numbers, with a name that is not too long.
+bool IsStorable(vtkAbstractArray* array);
+
 /// The array itself if it is one block of memory of this VTK type, otherwise a copy that is.
 vtkSmartPointer<vtkDataArray> AsType(vtkDataArray* array, int type);
 }

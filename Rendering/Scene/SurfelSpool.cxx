@@ -12,8 +12,10 @@
 #include <vtkPolyData.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdio>
 #include <stdexcept>
+#include <system_error>
 
 #include <unistd.h>
 
@@ -22,6 +24,11 @@ namespace SurfelSplatting
 namespace
 {
 constexpr const char* Points = "Points";
+
+[[noreturn]] void FailToWrite()
+{
+  throw std::system_error(errno, std::generic_category());
+}
 
 /// The points of a piece relative to the origin of another one.
 vtkSmartPointer<vtkDataArray> ShiftedPoints(vtkPolyData* piece, vtkPolyData* first, int type)
@@ -67,7 +74,7 @@ void SurfelSpool::AddColumn(const char* name, int type, int components)
   file.open(path, std::ios::binary | std::ios::trunc);
   if (!file)
   {
-    throw std::runtime_error("the folder does not exist or is not writable");
+    FailToWrite();
   }
 }
 
@@ -93,10 +100,15 @@ void SurfelSpool::Start(vtkPolyData* piece)
   for (int i = 0; i < data->GetNumberOfArrays(); ++i)
   {
     vtkDataArray* array = data->GetArray(i);
-    const std::string name = array && array->GetName() ? array->GetName() : "";
+    if (!IsStorable(data->GetAbstractArray(i)) ||
+      array->GetNumberOfTuples() != piece->GetNumberOfPoints())
+    {
+      continue;
+    }
+    const std::string name = array->GetName() ? array->GetName() : "";
     const bool isThere = std::any_of(this->Columns.begin(), this->Columns.end(),
       [&name](const Column& column) { return column.Name == name; });
-    if (!name.empty() && !isThere && array->GetDataType() != VTK_BIT)
+    if (!name.empty() && !isThere)
     {
       this->AddColumn(name.c_str(), array->GetDataType(), array->GetNumberOfComponents());
       this->Scalars = array == data->GetScalars() ? name : this->Scalars;
@@ -158,7 +170,7 @@ void SurfelSpool::Add(vtkPolyData* piece)
       static_cast<std::streamsize>(array->GetNumberOfValues()) * array->GetDataTypeSize());
     if (!column.File)
     {
-      throw std::runtime_error("writing failed; is the disk full?");
+      FailToWrite();
     }
   }
 }
@@ -168,7 +180,7 @@ vtkSmartPointer<vtkDataArray> SurfelSpool::MapColumn(Column& column)
   column.File.close();
   if (!column.File)
   {
-    throw std::runtime_error("writing failed; is the disk full?");
+    FailToWrite();
   }
   this->Files.push_back(MappedFile::Open(column.Path));
   const MappedFile& file = this->Files.back();

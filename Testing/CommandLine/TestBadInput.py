@@ -16,18 +16,7 @@ from unittest import mock
 import numpy as np
 
 from surfelsplatting.problems import how_to_install
-from toolcase import SMALL, TOOL, ToolCase, content_of, sphere, write, write_ply
-
-
-@contextlib.contextmanager
-def small_files(size=2000):
-    """As on a full disk: no file grows beyond so many bytes."""
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+from toolcase import SMALL, TOOL, ToolCase, content_of, small_files, sphere, write, write_ply
 
 
 class TestBadInput(ToolCase):

@@ -8,8 +8,9 @@ import unittest
 
 import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
-from vtkmodules.vtkCommonCore import vtkPoints
+from vtkmodules.vtkCommonCore import vtkBitArray, vtkFloatArray, vtkPoints, vtkStringArray
 from vtkmodules.vtkCommonDataModel import vtkPolyData
+from vtkmodules.vtkCommonMisc import vtkErrorCode
 from vtkmodules.vtkFiltersCore import vtkAppendPolyData
 from vtkmodules.vtkRenderingCore import vtkActor, vtkCamera
 
@@ -19,7 +20,7 @@ from surfelsplatting.vtkarrays import named_array
 from surfelsplatting.views.samples import SAMPLES, Samples
 from surfelsplatting.vtkmessages import errors_of
 from toolcase import (SMALL, ToolCase, arrays_of, content_of, places_of, read_json, sphere, write,
-                      write_ply)
+                      small_files, write_ply)
 
 LARGE = 700_000  # surfels: a file too large to be checked at once
 PAGE = 4096
@@ -120,6 +121,33 @@ class TestMappedFiles(ToolCase):
             if look in ([], ["--view", "left"]):
                 self.assertEqual(statistics["detail"]["prepared"], 0)
         self.assertIn("4000 surfels with a hierarchy", self.info("ball.surfels"))
+
+    def warnings_of(self, surfels, in_pieces=False):
+        """-> what the writer warns of."""
+        writer = vtkSurfelHierarchyWriter()
+        with errors_of(writer, event="WarningEvent") as warnings:
+            writer.SetFileName("ball.surfels")
+            if in_pieces:
+                self.assertTrue(writer.AddPiece(surfels) and writer.AddPiece(surfels))
+            writer.SetInputData(surfels)
+            self.assertEqual(writer.Write(), 1)
+        return warnings
+
+    def test_arrays_that_are_left_out_are_named(self):
+        self.assertEqual(self.warnings_of(ball(300)), [])
+        surfels = ball(300)
+        for name, array, count in (("labels", vtkStringArray(), 300), ("flags", vtkBitArray(), 300),
+                                   ("x" * 96, vtkFloatArray(), 300), ("short", vtkFloatArray(), 299)):
+            array.SetName(name)
+            array.SetNumberOfValues(count)
+            surfels.GetPointData().AddArray(array)
+        for in_pieces in (False, True):
+            warnings = self.warnings_of(surfels, in_pieces)
+            self.assertEqual(len(warnings), 1, warnings)
+            for name in ("labels", "flags", "x" * 96, "short"):
+                self.assertIn(name, warnings[0])
+            self.assertNotIn("height", warnings[0])
+            self.assertEqual(load().GetPointData().GetNumberOfArrays(), 6)
 
     def test_surfels_that_are_not_finite_are_left_out(self):
         surfels = ball(3000)
@@ -278,7 +306,7 @@ class TestMappedFiles(ToolCase):
         self.assertIn("not whole", self.refused("half.surfels"))
         self.refuse("render", "half.surfels", "-o", "out.png", says=("half.surfels", "not whole"))
 
-    def refused_to_write(self, surfels, path):
+    def refused_to_write(self, surfels, path, code=vtkErrorCode.UnknownError):
         """-> what the writer says; it leaves nothing."""
         writer = vtkSurfelHierarchyWriter()
         self.note_errors(writer)
@@ -287,15 +315,19 @@ class TestMappedFiles(ToolCase):
         if surfels:
             writer.SetInputData(surfels)
         self.assertEqual(writer.Write(), 0)
-        self.assertNotEqual(writer.GetErrorCode(), 0)
+        self.assertEqual(writer.GetErrorCode(), code)
         self.assertEqual(len(self.errors), 1, self.errors)
         self.assertEqual(os.listdir("."), [])
         return self.errors[0]
 
     def test_what_cannot_be_written(self):
         self.assertIn("set the input", self.refused_to_write(None, "a.surfels"))
-        self.assertIn("SetFileName", self.refused_to_write(ball(9), None))
-        self.assertIn("No such file", self.refused_to_write(ball(9), "no/such/a.surfels"))
+        self.assertIn("SetFileName", self.refused_to_write(ball(9), None, vtkErrorCode.NoFileNameError))
+        self.assertIn("No such file", self.refused_to_write(
+            ball(9), "no/such/a.surfels", vtkErrorCode.CannotOpenFileError))
+        with small_files():
+            self.assertIn("File too large", self.refused_to_write(
+                ball(9), "a.surfels", vtkErrorCode.OutOfDiskSpaceError))
         self.assertIn("no surfels", self.refused_to_write(vtkPolyData(), "a.surfels"))
         plain = ball(9)
         plain.GetPointData().RemoveArray("SurfelCovariance")
@@ -309,6 +341,14 @@ class TestMappedFiles(ToolCase):
         self.assertTrue(writer.AddPiece(ball(9)))
         self.assertFalse(writer.AddPiece(plain))
         self.assertIn("SurfelCovariance", self.errors[0])
+        self.assertEqual(writer.GetErrorCode(), vtkErrorCode.UnknownError)
+        writer.SetFileName("no/such/a.surfels")
+        self.assertFalse(writer.AddPiece(ball(9)))
+        self.assertEqual(writer.GetErrorCode(), vtkErrorCode.CannotOpenFileError)
+        writer.SetFileName("a.surfels")
+        with small_files():
+            self.assertFalse(writer.AddPiece(ball(900)))
+        self.assertEqual(writer.GetErrorCode(), vtkErrorCode.OutOfDiskSpaceError)
         self.assertEqual(os.listdir("."), [])
 
 

@@ -5,6 +5,7 @@ import contextlib
 import json
 import os
 import re
+import resource
 import subprocess
 import sys
 import tempfile
@@ -26,6 +27,17 @@ BUSY = re.compile(r"surfelsplat: .*( \d+ % after \d+:\d\d|: to make surfels took
 CAMERA = ["--position", "0", "0", "6", "--focal-point", "0", "0", "0", "--view-up", "0", "1", "0",
           "--view-angle", "30"]
 SMALL = ["--size", "64", "48"]
+
+
+@contextlib.contextmanager
+def small_files(size=2000):
+    """As on a full disk: no file grows beyond so many bytes."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
 def sphere(count=3000, radius=1.0):
