@@ -6,10 +6,11 @@ from pathlib import Path
 import sys
 import tempfile
 import unittest
+from unittest import mock
 import warnings
 
 import numpy as np
-from surfelsplatting import (Camera, Lens, arrays, lens, render, vtkSurfelImageRenderer,
+from surfelsplatting import (Camera, Lens, arrays, lens, render, surfels, vtkSurfelImageRenderer,
                              write_png)
 from surfelsplatting.backend import vtk
 
@@ -88,6 +89,16 @@ class TestRender(unittest.TestCase):
         self.assertGreater(detail(near[middle]), 0.8 * detail(sharp[middle]))
         self.assertLess(detail(off[middle]), 0.4 * detail(sharp[middle]))
         np.testing.assert_array_equal(self.picture(colors=self.stripes, lens=0), sharp)
+
+    def test_huge_clouds_get_a_hierarchy(self):
+        with mock.patch.object(arrays, "make_surfels", wraps=surfels.make_surfels) as made:
+            made.__kwdefaults__ = surfels.make_surfels.__kwdefaults__
+            for limit, options in ((len(self.points), {}), (len(self.points) - 1, {}),
+                                   (len(self.points) - 1, {"hierarchy": False})):
+                with mock.patch.object(surfels, "LARGEST_SHARP", limit):
+                    self.picture(**options)
+        self.assertEqual([call.kwargs["hierarchy"] for call in made.call_args_list],
+                         [False, True, False])
 
     def test_focus_on_a_pixel(self):
         """Pixels count from below: the lower half is near."""

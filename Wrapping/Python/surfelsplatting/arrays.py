@@ -21,7 +21,7 @@ from .views.vtkcamera import make_camera
 from .problems import UserProblem, check_names
 from .lens import Lens, focus_on_point
 from .lighting import BACKDROP, LIGHT_GREY, needs_light, set_lights
-from .surfels import finite_triple, make_surfels, number_in, update
+from .surfels import finite_triple, make_surfels, needs_hierarchy, number_in, update
 from .vtkarrays import named_array, to_numpy
 from .vtkSurfelRendering import vtkSurfelImageRenderer, vtkSurfelMapper
 
@@ -112,8 +112,8 @@ def render(points: ArrayLike, *, colors: ArrayLike | None = None, normals: Array
 
     **estimation
         ``cleaning``, ``sides``, ``viewpoint``, ``neighbors`` and ``hierarchy``: how points become
-        surfels, as in ``cloud.surfels.estimate()``. By default they get a hierarchy only with a lens:
-        a sharp picture takes less time without.
+        surfels, as in ``cloud.surfels.estimate()``. By default they get a hierarchy only with a lens,
+        or if they are more than 10 million: a sharp picture of fewer takes less time without.
 
     Returns
     -------
@@ -153,14 +153,15 @@ def render(points: ArrayLike, *, colors: ArrayLike | None = None, normals: Array
     lens = _as_lens(lens)
     asked = _as_view(camera, checked_size(size, "size"))
     cloud = _as_polydata(points, colors, normals)
-    surfels = make_surfels(cloud, **{"hierarchy": bool(lens.coc or lens.diameter), **estimation})
+    has_lens = bool(lens.coc or lens.diameter)
+    surfels = make_surfels(cloud, **{"hierarchy": needs_hierarchy(cloud, has_lens), **estimation})
     try:
         check_view(asked)
         view = complete_view(asked, Cloud(cloud), surfels)
     except UserProblem as problem:
         raise ValueError(str(problem)) from None
     renderer = renderer_of(surfels, view, colors is not None, lighting)
-    if lens.focus is None and (lens.coc or lens.diameter):
+    if lens.focus is None and has_lens:
         view = focused_on_front(asked, view, renderer, lambda _: update(renderer, "rendering"))
         renderer.GetCamera().SetFocalDistance(view.focal_distance)
     if background is not None:

@@ -14,6 +14,7 @@ from .vtkSurfelFilters import vtkPointsToSurfels, vtkSurfelHierarchy
 
 SURFEL_ARRAYS = ("SurfelCovariance", "SurfelAreaVector")
 PLACES, MARKED = "SurfelPlaces", "SurfelMarks"  # field arrays
+LARGEST_SHARP = 10_000_000  # points of one sharp picture without a hierarchy
 MODEL = "ModelUp"  # a field array
 SHEET = "ModelIsSheet"  # a field array
 MARKS = 1024  # surfels of which places and kernels are noted
@@ -256,6 +257,12 @@ def _has_faults(filters):
     return any((filters.GetCleaning().GetNumberOfNonFinitePoints(),
                 estimation.GetNumberOfNonFinitePoints(), estimation.GetNumberOfInvalidNormals(),
                 estimation.GetNumberOfDegeneratePoints()))
+
+
+def needs_hierarchy(points, has_lens):
+    """Whether one picture of points needs level of detail. A sharp one is drawn before a hierarchy
+    would be made, but of huge clouds all splats would take more memory than nodes."""
+    return has_lens or points.GetNumberOfPoints() > LARGEST_SHARP
 
 
 def make_surfels(points, *, cleaning="full", sides="auto", viewpoint=None, neighbors=None,

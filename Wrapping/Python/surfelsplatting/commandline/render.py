@@ -5,6 +5,7 @@ import math
 
 from ..clouds.reading import is_hierarchy
 from ..problems import UserProblem
+from ..surfels import needs_hierarchy
 from ..views.cameras import asked_view, camera_files
 from ..views.faint import why_faint
 from ..views.focus import (blur_at, depths_of, distance_in_focus, ends_of, focused_on_front,
@@ -15,7 +16,6 @@ from ..views.samples import Samples
 from ..views.sensor import sensor_of
 from ..views.trained import files_of
 from .effects import without_effect
-from .options import LARGEST_PART
 from .outputs import (HIERARCHIES, PICTURES, check_distinct, check_output, write_hierarchy,
                       write_json, write_picture, write_surfels, write_view)
 from .scene import make_renderer
@@ -48,13 +48,11 @@ def _check_hierarchy(cloud, arguments):
 
 
 def _needs_hierarchy(asked, cloud, arguments):
-    """One sharp picture of surfels is drawn before their hierarchy would be made. Of huge clouds all
-    splats would take more memory than nodes."""
-    is_huge = cloud.data.GetNumberOfPoints() > LARGEST_PART
     asks_for_it = {"--lod", "--lod-error", "--color-by"} & set(arguments.given)
     return not arguments.no_lod and bool(
-        asked.has_lens or arguments.repeat > 1 or cloud.is_gaussians or is_hierarchy(cloud.data)
-        or is_huge or arguments.hierarchy or asks_for_it or "LEVEL" in (arguments.channels or ()))
+        needs_hierarchy(cloud.data, asked.has_lens) or arguments.repeat > 1 or cloud.is_gaussians
+        or is_hierarchy(cloud.data) or arguments.hierarchy or asks_for_it
+        or "LEVEL" in (arguments.channels or ()))
 
 
 def _place(view, cloud, surfels, samples, session):
