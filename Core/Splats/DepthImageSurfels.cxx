@@ -11,6 +11,15 @@
 
 namespace SurfelSplatting
 {
+namespace
+{
+/// Light times alpha of a code times alpha.
+float PremultipliedLight(float code, float alpha)
+{
+  return alpha > 0.0f ? alpha * static_cast<float>(LightOfCode(code / alpha)) : 0.0f;
+}
+}
+
 int MarginOf(
   const View& camera, const Lens& lens, double nearest, double farthest, double minConfusion)
 {
@@ -406,7 +415,7 @@ DepthImageSurfels::Sample DepthImageSurfels::MeanOf(
       for (int c = 0; c < 4; ++c)
       {
         mean.Color[c] +=
-          image.LinearLight && c < 3 ? static_cast<float>(LightOfCode(rgba[c])) : rgba[c];
+          image.LinearLight && c < 3 ? PremultipliedLight(rgba[c], rgba[3]) : rgba[c];
       }
       mean.Nearness += 1.0 / image.Depth[p];
     }

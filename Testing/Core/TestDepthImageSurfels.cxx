@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Pixels that others have drawn, seen through the lens: surfaces stay closed, edges blur as the
 // closed forms say, nothing leaks over what is sharp, and what is sharp stays as it is.
+#include "Core/Base/LinearLight.h"
 #include "Core/Splats/DepthImageSurfels.h"
 #include "TestScene.h"
 #include "Testing/Shared/Check.h"
@@ -206,6 +207,24 @@ TEST_CASE("Rim")
     // Where kernels go over from the Gaussian to Pearson II, their sum falls short by 0.01.
     CHECK(picture.At(p % Width, p / Width, 0) < 5.0f * 0.015f);
   }
+}
+
+/// Codes become light before their alpha counts: half of a colour is half of its light.
+TEST_CASE("Translucent in linear light")
+{
+  const SplatContext context = Context(0.05, 2.0);
+  constexpr float alpha = 0.5f, code = 0.6f;
+  Drawn drawn;
+  drawn.Set(50, 30, 1.0, alpha * code);
+  drawn.Color[4 * ((30 + Margin) * Drawn::Wide + 50 + Margin) + 3] = alpha;
+  DepthImage image{ drawn.Depth.data(), drawn.Color.data(), Margin };
+  image.LinearLight = true;
+  DepthImageSurfels pixels;
+  pixels.MakeSurfels(context.Camera, context.Optics, image, drawn.Limit.data(), SerialExecutor());
+  REQUIRE(pixels.Size() == 1);
+  const float* color = pixels.Get().ColorsFloat;
+  CHECK_NEAR(color[0], LightOfCode(code), 1e-6);
+  CHECK_NEAR(color[3], alpha, 0.0);
 }
 
 /// As wide as the blur and the kernel's rest; nothing where all is sharp.
