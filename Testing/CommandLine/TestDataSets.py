@@ -259,11 +259,20 @@ class TestMeshes(ToolCase):
         up = read_cloud("a.glb", None, None).data.GetFieldData().GetArray("ScanUp")
         self.assertEqual(up.GetTuple(0), (0, 1, 0))  # as the format says
 
+    def test_gltf_with_its_nodes_in_no_scene(self):
+        content, buffer = gltf()
+        del content["scenes"], content["scene"]
+        content["buffers"][0]["uri"] = "a.bin"
+        write("a.bin", buffer)
+        self.check_gltf(write("a.gltf", json.dumps(content)))
+
     def test_gltf_that_cannot_be_read(self):
         content, _ = gltf()
+        shared = [{"children": [i + 1, i + 1]} for i in range(40)] + [{"mesh": 0}]
         for change, says in ((("buffers", [{"uri": "../../secret.bin"}]), "secret.bin"),
                              (("buffers", [{"uri": "/etc/passwd"}]), "not in a file beside it"),
                              (("nodes", [{"children": [1]}, {"children": [0]}]), "one another"),
+                             (("nodes", shared), "many times"),
                              (("accessors", []), "not a readable"),
                              (("meshes", 3), "not a readable"),
                              (("bufferViews", [{"buffer": 0, "byteOffset": 1 << 60}]), "past")):

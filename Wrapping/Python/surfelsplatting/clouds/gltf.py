@@ -19,7 +19,7 @@ JSON_CHUNK, BINARY_CHUNK = b"JSON", b"BIN\0"
 TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
 TRIANGLES, STRIP, FAN = 4, 5, 6  # modes of primitives; others are points and lines
-DEEPEST = 1000  # nodes in one another
+MOST_SHARED = 16  # times that a node has a place, on average; the format allows one
 
 
 def _chunks(content):
@@ -93,20 +93,26 @@ def _matrix(node):
 
 
 def _placed_meshes(content):
-    """Yields number of a mesh, its matrix to the world."""
+    """-> [(number of a mesh, its matrix to the world)]"""
     nodes = content.get("nodes", [])
     scenes = content.get("scenes")
-    roots = scenes[content.get("scene", 0)].get("nodes", []) if scenes else range(len(nodes))
-    waiting = [(root, np.eye(4), 0) for root in reversed(roots)]
+    if scenes:
+        roots = scenes[content.get("scene", 0)].get("nodes", [])
+    else:
+        inner = {child for node in nodes for child in node.get("children", [])}
+        roots = [number for number in range(len(nodes)) if number not in inner]
+    waiting = [(root, np.eye(4)) for root in reversed(roots)]
+    found, places = [], 0
     while waiting:
-        number, parent, depth = waiting.pop()
-        if depth > DEEPEST:
-            raise ValueError("its nodes hold one another")
+        number, parent = waiting.pop()
+        places += 1
+        if places > MOST_SHARED * len(nodes):
+            raise ValueError("its nodes hold one another, or share others many times")
         matrix = parent @ _matrix(nodes[number])
         if "mesh" in nodes[number]:
-            yield nodes[number]["mesh"], matrix
-        waiting += [(child, matrix, depth + 1)
-                    for child in reversed(nodes[number].get("children", []))]
+            found.append((nodes[number]["mesh"], matrix))
+        waiting += [(child, matrix) for child in reversed(nodes[number].get("children", []))]
+    return found
 
 
 def _colors(values):
