@@ -328,9 +328,9 @@ private:
     {
       return; // around the lens: anywhere on the screen
     }
-    // A splat's z-range is 2 s_z + 0.5 s of its kernel; thick kernels overestimate s by a quarter.
-    // That of a Gaussian in space is its centre, of volumes and a deviation behind it. The rest is
-    // for rounding.
+    // A splat's z-range is 2 s_z + 0.5 s of its kernel, and thick kernels overestimate s by a
+    // quarter: 2.63, and the rest is for rounding (test: Skips). That of a Gaussian in space is its
+    // centre, of volumes and a deviation behind it: 0 and 1, and 0.1 for rounding (Boxes of runs).
     const double near = ball.Near() - (this->InSpace ? 0.1 : 2.7) * sigma;
     const double far = ball.Far() + (this->InSpace ? 1.1 : 2.7) * sigma;
     if (!(near <= far))
@@ -373,9 +373,9 @@ private:
   {
     if (this->InSpace)
     {
-      // The lens adds C^2 / 4, and 1 / 1.4 of the blur's deviation where kernels reach a cell
-      // farther (RunCellsPerDeviation). Factors are 1 to 4 % larger, for packed covariances. The
-      // paper's lens adds up to C^2 / 2.7, but what it blurs much ends nearer than SupportRadius.
+      // The lens adds C^2 / 4; cells reach 1 / RunCellsPerDeviation = 0.714 of the blur's deviation
+      // farther. Factors are 1 to 4 % larger, for packed covariances (test: Boxes of runs). The
+      // paper's lens adds up to C^2 / 2.77, but what it blurs much ends nearer than SupportRadius.
       const double blur = this->Prefilter + 0.26 * confusion * confusion;
       return this->SupportRadius * std::sqrt(1.02 * size * size + blur) + 0.72 * std::sqrt(blur) +
         1.0;
