@@ -11,20 +11,21 @@ namespace
 {
 using Positions = std::vector<Eigen::Vector3d>;
 
-/// Beams of a scanner, at most; so many points tell their number, if the next ones of their beams
-/// come equally late.
+/// The most beams of a scanner, and the most points until the next one of a beam. PointsToAsk
+/// points tell the number of beams, if a part of LeastEqual has its next one equally late.
 constexpr std::size_t MostBeams = 40, MostLate = 72;
 constexpr std::size_t PointsToAsk = 128;
 constexpr double EquallyLate = 0.25, LeastEqual = 0.45;
 
-/// The next point of a beam is not later than so many rounds.
+/// The most rounds until the next point of a beam.
 constexpr double LatestRound = 2.6;
 
-/// So many points are looked at beside one, at most.
+/// The most points that are looked at on either side of one.
 constexpr std::size_t MostReach = 128;
 static_assert(LatestRound * MostBeams <= MostReach && MostLate <= MostReach, "FirstNear has room");
 
-/// As near as the nearest, up to so many times: noise, or the round after the next.
+/// Points up to this many times as far as the nearest are as near: noise, or the round after the
+/// next.
 constexpr double AboutAsNear = 2.0;
 
 constexpr std::size_t None = std::numeric_limits<std::size_t>::max();

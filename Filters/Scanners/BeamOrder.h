@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Points of scanners with several beams that fire in turn, beam by beam: what is next to a point in
- * its file is on another beam, what is next on its own comes some points later, fewer where others
- * miss. (Ours.)
+ * Puts points of scanners with several beams, which fire in turn, into an order beam by beam. The
+ * next point of a file is on another beam; the next one of the same beam comes a round later, or
+ * earlier where other beams miss. (Ours.)
  */
 #pragma once
 

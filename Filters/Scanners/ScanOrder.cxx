@@ -3,6 +3,8 @@
 
 #include "Filters/Scanners/ScanPlaces.h"
 
+#include <Eigen/Geometry>
+
 #include "vtkFloatArray.h"
 #include "vtkPoints.h"
 #include "vtkSMPTools.h"
@@ -103,11 +105,20 @@ vtkIdType FindChange(vtkPoints* points, vtkIdType begin, vtkIdType end)
   return change;
 }
 
+/// Diagonal of the box of all finite points.
 double SizeOf(vtkPoints* points)
 {
-  double bounds[6];
-  points->GetBounds(bounds);
-  return Vector3d(bounds[1] - bounds[0], bounds[3] - bounds[2], bounds[5] - bounds[4]).norm();
+  Eigen::AlignedBox3d box;
+  for (vtkIdType i = 0; i < points->GetNumberOfPoints(); ++i)
+  {
+    Vector3d p;
+    points->GetPoint(i, p.data());
+    if (p.allFinite())
+    {
+      box.extend(p);
+    }
+  }
+  return box.isEmpty() ? 0.0 : box.diagonal().norm();
 }
 }
 

@@ -15,15 +15,15 @@ using Eigen::Vector3d;
 
 constexpr double TwoPi = 6.283185307179586;
 
-/// So many jumps at least, whose mean cosine of the phase is this much. (It is 0.96 and more from
-/// scanners, less from beside them, and 0.2 from elsewhere.)
+/// The least number of jumps, and their least mean cosine of the phase. (From scanners it is 0.96
+/// and more, from beside them less, and from elsewhere 0.2.)
 constexpr std::size_t LeastPhased = 10;
 constexpr double LeastCosine = 0.4;
 
 /// Jumps are off across their lines by less than this. (Weighted as in ScanSteps.cxx.)
-constexpr double LeastAligned = 1.0;
+constexpr double MostOffLine = 1.0;
 
-/// Steps of a search, in units of the phase, and how many they are at most on either side.
+/// A step of the search, as a part of a phase, and the most steps on either side.
 constexpr double SearchStep = 0.1, MostSteps = 500.0;
 
 /// A jump, as seen from about its scanner.
@@ -51,7 +51,7 @@ std::vector<PhasedJump> SeeJumps(
   for (const ScanWindow* window : windows)
   {
     const SeenSteps seen = SeenFrom(place, *window, Steps::Multiples);
-    if (seen.IsValid && SeenFrom(place, *window, Steps::Aligned).Agree(LeastAligned))
+    if (seen.IsValid && SeenFrom(place, *window, Steps::Aligned).Agree(MostOffLine))
     {
       jumps.push_back({ window->Before(), window->Behind(), seen.Along, seen.Unit });
     }
@@ -59,6 +59,8 @@ std::vector<PhasedJump> SeeJumps(
   return jumps;
 }
 
+/// Along the normals of the jumps' lines their offsets across tell the place; these are weighted by
+/// how much they do.
 Vector3d FindAxis(const std::vector<PhasedJump>& jumps, const Vector3d& place, int axis)
 {
   Matrix3d sum = Matrix3d::Zero();

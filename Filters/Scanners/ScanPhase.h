@@ -15,7 +15,8 @@
 namespace SurfelGeometry
 {
 /// Moves a place along an axis to where most jumps are multiples; false if they are so nowhere.
-/// @param axis  0: that along which what jumps are across their lines says least; 2: most
+/// @param axis  0: along which the place is known least by how far jumps are off their lines; 2:
+/// best
 /// @param reach how far at most
 bool FindPhase(
   const std::vector<const ScanWindow*>& jumps, int axis, double reach, Eigen::Vector3d& place);

@@ -156,9 +156,10 @@ std::vector<ScanWindow> WindowsOf(const Part& part, std::size_t most)
     }
   }
   Thin(jumps, most);
-  for (std::size_t i = 0; i < most; ++i)
+  const std::size_t whole = end - StepsBeside, count = std::min(most, whole);
+  for (std::size_t i = 0; i < count; ++i)
   {
-    others.push_back(StepsBeside + i * (end - StepsBeside) / most);
+    others.push_back(StepsBeside + i * whole / count);
   }
   std::vector<ScanWindow> windows;
   for (std::size_t i = 0, k = 0; i < jumps.size() || k < others.size();)

@@ -46,7 +46,8 @@ enum class PointOrder
 /// points; none if the points do not jump. Points that are not finite are left out beforehand:
 /// scanners leave them where nothing came back.
 /// @param origin what all points are relative to: the first finite point
-/// @param most   number of windows of each kind, at most about so many
+/// @param most   about how many windows there are of each kind, at most; of more than `most` times
+///               2000 points four for each 8192
 std::vector<ScanWindow> FindWindows(
   vtkPoints* points, PointOrder order, Eigen::Vector3d& origin, int most);
 }
