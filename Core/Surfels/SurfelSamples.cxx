@@ -55,7 +55,7 @@ std::vector<std::size_t> ChooseSamples(const SurfelCloud& cloud, std::size_t mos
     }
   }
   std::vector<std::size_t> samples(wanted);
-  if (some.size() < wanted)
+  if (step == 1 || some.size() < wanted)
   {
     for (std::size_t k = 0; k < wanted; ++k)
     {

@@ -11,6 +11,10 @@ class UserProblem(Exception):
     """An error that the user can fix; the text says what is wrong and what to do."""
 
 
+def no_points(path):
+    return UserProblem(f"{path} holds no points; give a file with some, or make it again")
+
+
 def how_to_install(packages):
     """The command that installs packages of pip, for messages. Where the system's packages are left to
     its own installer, as on Debian, pip needs an environment."""

@@ -10,7 +10,7 @@ import numpy as np
 from .columns import NORMALS, RGB, XYZ, Columns, arrays_of_columns
 from .faces import MOST_VERTICES
 from .polydata import cells_of, polydata_of
-from ..problems import UserProblem
+from ..problems import UserProblem, no_points
 
 # ST: texture coordinates, C: colours, N: normals, 4 and n: more dimensions. The first number may follow
 # without a blank.
@@ -72,7 +72,7 @@ def read_off_cloud(path):
         lines = _lines(file)
         keyword, vertices, faces = _head(lines, path)
         if vertices == 0:
-            raise UserProblem(f"{path} holds no points")
+            raise no_points(path)
         try:
             table = np.loadtxt(islice(lines, vertices), ndmin=2)
         except ValueError as problem:

@@ -9,7 +9,7 @@ import numpy as np
 from .columns import RGB, XYZ, Columns, arrays_of_columns
 from .polydata import polydata_of
 from .stations import trusted_places, ways_of
-from ..problems import UserProblem
+from ..problems import UserProblem, no_points
 
 # Columns and rows of the scan, place and axes of the scanner, then the matrix by whose rows its points
 # are multiplied from the left.
@@ -85,7 +85,7 @@ def read_ptx_cloud(path):
                               f"{lines.number}") from problem
     tables = [table for table, _ in scans if len(table)]
     if not tables:
-        raise UserProblem(f"{path} holds no points")
+        raise no_points(path)
     # What one of the scans lacks cannot be shown for all.
     width = min(table.shape[1] for table in tables)
     scanners = trusted_places([place for table, place in scans if len(table)])

@@ -11,7 +11,7 @@ import numpy as np
 
 from .sogfiles import folder_meta
 from .stations import TO_SCANNER
-from ..problems import UserProblem
+from ..problems import UserProblem, no_points
 from ..surfels import (SURFEL_ARRAYS, holds_gaussians, is_model, note_model, note_scan,
                        note_up)
 from ..vtkarrays import to_numpy
@@ -345,7 +345,7 @@ def read_cloud(path, messages, progress):
     with np.errstate(all="ignore"):  # casts of damaged values warn
         cloud = _READERS[extension](path, messages, progress)
     if cloud.data.GetNumberOfPoints() == 0:
-        raise UserProblem(f"{path} holds no points")
+        raise no_points(path)
     cloud.path = path
     _name_arrays(cloud.data.GetPointData())
     _name_arrays(cloud.data.GetCellData())

@@ -12,7 +12,7 @@ import numpy as np
 from .columns import arrays_of_columns, by_names, by_values, has_places
 from .degrees import cloud_of_degrees
 from .polydata import polydata_of
-from ..problems import UserProblem
+from ..problems import UserProblem, no_points
 
 COMMENTS = ("#", "//")
 BLANK = " \t\r\n,;\""
@@ -118,7 +118,7 @@ def _find_layout(path):
         if any(line.strip() for line in plain):
             raise UserProblem(f"{path} is not a table of numbers: its first {len(head)} lines hold "
                               "no point x y z")
-        raise UserProblem(f"{path} holds no points")
+        raise no_points(path)
     row = plain[first]
     delimiter, has_decimal_comma = _delimiter(row)
     words = _split(row.replace(",", ".") if has_decimal_comma else row, delimiter)
@@ -177,7 +177,7 @@ def read_text_cloud(path):
     layout = _find_layout(path)
     table = _read_table(path, layout)
     if table.shape[0] == 0:
-        raise UserProblem(f"{path} holds no points")
+        raise no_points(path)
     if table.shape[1] < 3:
         raise UserProblem(f"{path} has {table.shape[1]} columns; a point has at least x y z")
     if layout.names is None:

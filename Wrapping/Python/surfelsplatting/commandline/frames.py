@@ -61,7 +61,8 @@ class Frames:
         if not os.path.isdir(self.folder):
             parent = os.path.dirname(os.path.realpath(self.folder))
             if not os.path.isdir(parent):
-                raise UserProblem(f"cannot write {self.folder}: the folder {parent} does not exist")
+                raise UserProblem(f"cannot write {self.folder}: the folder {parent} does not exist; "
+                                  "make it first")
             if not os.access(parent, os.W_OK):
                 raise UserProblem(f"cannot write {self.folder}: {parent} is not writable")
         elif not os.access(self.folder, os.W_OK):

@@ -36,7 +36,7 @@ def check_output(path, extensions):
         return
     folder = os.path.dirname(os.path.realpath(path))
     if not os.path.isdir(folder):
-        raise UserProblem(f"cannot write {path}: the folder {folder} does not exist")
+        raise UserProblem(f"cannot write {path}: the folder {folder} does not exist; make it first")
     if not os.access(folder, os.W_OK):
         raise UserProblem(f"cannot write {path}: the folder {folder} is not writable")
 
