@@ -296,6 +296,6 @@ def make_surfels(points, *, cleaning="full", sides="auto", viewpoint=None, neigh
     update(filters, "estimation of surfels", warns=lambda: _has_faults(filters))
     surfels = filters.GetOutput()
     if surfels.GetNumberOfPoints() == 0:
-        raise ValueError(f"none of the {count} points gives a surfel; are the coordinates finite and "
-                         "not all the same?")
+        raise ValueError(f"none of the {count} points gives a surfel; are the coordinates finite, and "
+                         "up to 1e17?")
     return _note_places(surfels)

@@ -116,8 +116,8 @@ def _find_layout(path):
     first = next((number for number, line in enumerate(plain) if _is_row(line)), None)
     if first is None:
         if any(line.strip() for line in plain):
-            raise UserProblem(f"{path} is not a table of numbers: its first {len(head)} lines hold "
-                              "no point x y z")
+            raise UserProblem(f"{path} is not a table of numbers: there is no point x y z in its first "
+                              f"{len(head)} line{'s' * (len(head) > 1)}")
         raise no_points(path)
     row = plain[first]
     delimiter, has_decimal_comma = _delimiter(row)

@@ -78,7 +78,7 @@ def make_surfels(cloud, arguments, with_hierarchy, *reporters):
         surfels = _whole_cloud(cloud, arguments, with_hierarchy, *reporters)
     if surfels.GetNumberOfPoints() == 0:
         raise UserProblem(f"{arguments.cloud}: none of its points gives a surfel; are the coordinates "
-                          "finite, up to 1e17 and not all the same?")
+                          "finite, and up to 1e17?")
     return surfels
 
 
