@@ -3,6 +3,7 @@
 
 #include "Filters/Cleaning/CleaningProblem.h"
 #include "Filters/Cleaning/DepthSteps.h"
+#include "Filters/Cleaning/NearCopies.h"
 #include "Filters/Cleaning/ScanRegistration.h"
 #include "Filters/Cleaning/Smoothing.h"
 #include "Filters/Cleaning/StrayPoints.h"
@@ -183,9 +184,13 @@ bool CleaningExecution::Clean(
   const LocalCloud& cloud = this->Searched.Cloud;
   this->Searched.Index();
   const CleaningProblem problem{ this->Searched, sharing };
+  if (!this->DropCopies(problem, input, sharing, progress.Part(0.0, 0.05)))
+  {
+    return false;
+  }
   std::vector<unsigned char> stray(cloud.Size(), 0);
   const bool isStored =
-    !this->Settings.KeepsNeighbors || this->Searched.FindNeighbors(progress.Part(0.0, 0.2));
+    !this->Settings.KeepsNeighbors || this->Searched.FindNeighbors(progress.Part(0.05, 0.2));
   if (!problem.All(isStored) ||
     (this->Settings.RemoveStrayPoints &&
       !problem.All(FindStrayPoints(problem, FindScanners(input), progress.Part(0.2, 0.4), stray))))
@@ -210,6 +215,19 @@ bool CleaningExecution::Clean(
     return false;
   }
   this->Keep(smooth);
+  return true;
+}
+
+bool CleaningExecution::DropCopies(const CleaningProblem& problem, vtkPointSet* input,
+  CleaningSharing* sharing, const StageProgress& progress)
+{
+  std::vector<unsigned char> copies;
+  if (this->Settings.RemoveStrayPoints &&
+    !problem.All(FindNearCopies(problem, FindNormals(input, nullptr), progress, copies)))
+  {
+    return false;
+  }
+  this->Drop(copies, sharing);
   return true;
 }
 

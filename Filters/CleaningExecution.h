@@ -101,6 +101,10 @@ private:
   /// Removes points of the cloud, not of the input.
   void Drop(const std::vector<unsigned char>& dropped, CleaningSharing* sharing);
 
+  /// Removes copies of points beside them. Collective, if shared. Returns false if stopped.
+  bool DropCopies(const CleaningProblem& problem, vtkPointSet* input, CleaningSharing* sharing,
+    const StageProgress& progress);
+
   /// Moves the second of two scans to the first one. Collective, if shared. Returns false if
   /// stopped.
   bool JoinScans(const CleaningProblem& problem, vtkPointSet* input, CleaningSharing* sharing,

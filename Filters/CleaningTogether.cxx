@@ -49,6 +49,11 @@ bool CleaningExecution::RunTogether(SurfelSplatting::Ranks& ranks, vtkPointSet* 
   {
     arrays.push_back({ ToScannerArray, 3, toScanner });
   }
+  vtkDataArray* normals = FindNormals(input, nullptr);
+  if (this->Settings.RemoveStrayPoints && ranks.Any(normals != nullptr))
+  {
+    arrays.push_back({ "Normals", 3, normals });
+  }
   const auto region = cloud.Fetch(cloud.HaloWidth(HaloSpacings), arrays);
   CleaningExecution own(this->Settings, this->Filter);
   if (!own.CleanRegion(ranks, cloud, region, progress.Part(0.2, 0.9)))

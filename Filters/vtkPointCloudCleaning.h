@@ -8,7 +8,9 @@
  * The output is a vtkPolyData with the points that are left, at the same coordinates and in the
  * same order, with their point data. If nothing is found, they are the input's own arrays.
  *
- * - Points that are not finite and exact duplicates are dropped.
+ * - Points that are not finite and exact duplicates are dropped. So are points beside another one
+ *   that is ten times as near as the next, if more than 15 % of the points have one: copies with
+ *   fewer digits, for example. Where normals are known, the two sides of a sheet stay.
  * - Stray points are found by the measure of pcl::StatisticalOutlierRemoval, the mean distance to
  *   the 16 nearest points, in comparison with that of these neighbours: changes of density, wires,
  *   edges and corners are kept. In sparse sets that fill space, the comparison is with the median
