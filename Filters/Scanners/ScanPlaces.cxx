@@ -23,10 +23,10 @@ using Eigen::Vector3d;
 /// A place is sought where the lines of two jumps meet: so many pairs at a time, and more if none
 /// of them tells. A pair is no farther apart than a part of all jumps, so that one scanner has seen
 /// both, and so are the jumps that judge where it meets: a few, and more if some agree.
-constexpr int PairsAtATime = 2000, MostTimes = 3;
+constexpr int PairsAtATime = 1500, MostTimes = 2;
 constexpr std::size_t NearPart = 8, LeastNear = 256;
-constexpr std::size_t FewJumps = 16, MoreJumps = 64, ManyJumps = 512;
-constexpr std::size_t PlacesToRefine = 6;
+constexpr std::size_t FewJumps = 16, MoreJumps = 64, ManyJumps = 256;
+constexpr std::size_t PlacesToRefine = 4;
 
 /// Steps are alike if they are off by less than such a part of a step: at first, and while a
 /// place is sought.
@@ -209,7 +209,7 @@ Vector3d Refine(Vector3d place, const Windows& jumps, Steps are)
       continue; // most of the steps are that near a multiple
     }
     const Windows agreeing =
-      Agreeing(place, Some(jumps, part > 1.0 ? ManyJumps / 2 : 2 * ManyJumps), are, part);
+      Agreeing(place, Some(jumps, part > 1.0 ? ManyJumps : 4 * ManyJumps), are, part);
     if (agreeing.size() < LeastJumps / 2)
     {
       break;
@@ -220,7 +220,7 @@ Vector3d Refine(Vector3d place, const Windows& jumps, Steps are)
       nearest = std::min(nearest, (window->Before() - place).norm());
     }
     NormalEquations equations;
-    for (const ScanWindow* window : Some(agreeing, part > 1.0 ? MoreJumps : ManyJumps))
+    for (const ScanWindow* window : Some(agreeing, part > 1.0 ? MoreJumps : 2 * ManyJumps))
     {
       equations.Add(place, *window, are, 1e-6 * nearest);
     }
