@@ -3,13 +3,12 @@
 
 #include "Filters/Scanners/ScanPlaces.h"
 
-#include <Eigen/Geometry>
-
 #include "vtkFloatArray.h"
 #include "vtkPoints.h"
 #include "vtkSMPTools.h"
 
 #include <algorithm>
+#include <cstddef>
 
 namespace SurfelGeometry
 {
@@ -105,20 +104,26 @@ vtkIdType FindChange(vtkPoints* points, vtkIdType begin, vtkIdType end)
   return change;
 }
 
-/// Diagonal of the box of all finite points.
-double SizeOf(vtkPoints* points)
+/// Diagonal of the box of most windows: beyond are stray points, and far returns.
+double SizeOf(const std::vector<ScanWindow>& windows)
 {
-  Eigen::AlignedBox3d box;
-  for (vtkIdType i = 0; i < points->GetNumberOfPoints(); ++i)
+  constexpr double lowShare = 0.005, highShare = 0.995;
+  Vector3d extent = Vector3d::Zero();
+  std::vector<double> values(windows.size());
+  for (int c = 0; c < 3 && !windows.empty(); ++c)
   {
-    Vector3d p;
-    points->GetPoint(i, p.data());
-    if (p.allFinite())
-    {
-      box.extend(p);
-    }
+    std::transform(windows.begin(), windows.end(), values.begin(),
+      [c](const ScanWindow& window) { return window.Before()[c]; });
+    const auto at = [&values](double share) {
+      const auto nth = values.begin() +
+        static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+      std::nth_element(values.begin(), nth, values.end());
+      return *nth;
+    };
+    const double low = at(lowShare);
+    extent[c] = at(highShare) - low;
   }
-  return box.isEmpty() ? 0.0 : box.diagonal().norm();
+  return extent.norm();
 }
 }
 
@@ -130,7 +135,7 @@ std::vector<ScannedPoints> FindScans(vtkPoints* points)
   for (const PointOrder order : { PointOrder::AsStored, PointOrder::ByBeams })
   {
     windows = FindWindows(points, order, origin, MostWindows);
-    places = FindPlaces(windows, SizeOf(points));
+    places = FindPlaces(windows, SizeOf(windows));
     if (!places.empty())
     {
       break;

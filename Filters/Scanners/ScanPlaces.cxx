@@ -32,7 +32,7 @@ constexpr std::size_t PlacesToRefine = 4;
 /// place is sought.
 constexpr double FarSteps = 8.0, LooseSteps = 2.0;
 
-/// The phase of multiples is that of so many jumps, within a part of the size of all points.
+/// The phase of multiples is that of so many jumps, within a part of the size of most points.
 constexpr std::size_t JumpsOfPhase = 128;
 constexpr double ReachOfPhase = 0.05;
 
@@ -52,7 +52,7 @@ constexpr double LeastSpread = 0.005;
 /// It is not farther from the points than so many times their size.
 constexpr double FarthestPlace = 2.0;
 
-/// Places are one if they are nearer than this part of the size of all points.
+/// Places are one if they are nearer than this part of the size of most points.
 constexpr double SamePlace = 0.01;
 
 constexpr int MostScanners = 256;

@@ -23,6 +23,6 @@ struct ScanPlace
 };
 
 /// The places of all scanners, none if there are no such places.
-/// @param size of all points
+/// @param size of most points: far returns would make all places one
 std::vector<ScanPlace> FindPlaces(const std::vector<ScanWindow>& windows, double size);
 }

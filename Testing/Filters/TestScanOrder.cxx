@@ -237,6 +237,7 @@ TEST_CASE("Scans one after another")
     p[0] += 400000.0; // map coordinates
   }
   all[100] = { Infinity, 0.0, 0.0 }; // nothing came back
+  all[200] = { -9999.0, 0.0, 0.0 };  // nor here
   const std::vector<Vec> places = PlacesOf(all);
   const Vec first{ 400003.3, 2.6, 1.5 }, other{ 400005.2, 2.1, 1.3 };
   CHECK(PartAt(places, first, 0.005, 0, a.size()) > 0.99);
