@@ -123,6 +123,19 @@ class TestBadInput(ToolCase):
               "property float v\nend_header\n1 2\n")
         self.refuse_cloud("fields.ply", "x, y and z")
 
+    def test_coordinates_of_too_few_digits(self):
+        """Far from the origin float32 has steps; a lone far point does not count."""
+        points, colors = sphere(3000)
+        map_points = points + (691000, 5334000, 500)
+        far_one = np.vstack([points, [[1e9, 0, 0]]])
+        for places, kind, says in ((map_points, "float", "the coordinates have steps of 0.5"),
+                                   (map_points, "double", ""), (points, "float", ""),
+                                   (far_one, "float", "")):
+            write_ply("steps.ply", places, np.resize(colors, (len(places), 3)), kind=kind)
+            said = self.tool("render", "steps.ply", *SMALL, "-o", "out.png")
+            self.assertEqual(self.code, 0)
+            (self.assertIn if says else self.assertNotIn)(says or "steps of", said)
+
     def test_misspelled_options(self):
         for words, hint in ((("render", "x.ply", "-o", "x.png", "--veiw", "left"), "--view"),
                             (("film", "x.ply", "-o", "x", "--frams=3"), "--frames")):

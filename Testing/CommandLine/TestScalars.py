@@ -98,6 +98,17 @@ class TestScalars(ToolCase):
             middle = picture[20:28, 28:36].reshape(-1, 3)
             self.assertLess(np.ptp(middle, axis=0).max(), 3, value)
 
+    def test_intensity_without_colours(self):
+        """Is told of, unless it is shown or the same everywhere."""
+        points, _ = sphere(3000)
+        for intensity, options, says in ((points[:, :1], (), "--scalars intensity shows it"),
+                                         (points[:, :1], ("--scalars", "intensity"), ""),
+                                         (0 * points[:, :1], (), "")):
+            np.savetxt("grey.xyz", np.hstack([points, intensity]), header="x y z intensity", comments="//")
+            said = self.tool("render", "grey.xyz", *CAMERA, *SMALL, *options, "-o", "out.png")
+            self.assertEqual((self.code, bool(said)), (0, bool(says)), said)
+            self.assertIn(says, said)
+
     def test_what_is_refused(self):
         for options, says in ((("--scalars", "height"), "'height'; there are intensity, x, y, z"),
                               (("--scalars", "RGB"), "there are no scalars 'RGB'"),

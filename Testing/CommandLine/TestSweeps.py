@@ -39,7 +39,7 @@ class TestSweeps(ToolCase):
 
     def test_tool(self):
         write("a.bin", sweep()[:, :4].tobytes())
-        self.render("a.bin", *SMALL, "-o", "a.png")
+        self.render("a.bin", *SMALL, "--scalars", "intensity", "-o", "a.png")
         self.assertRegex(self.info("a.bin"), r"up +0 0 1\n")
 
     def test_other_files(self):

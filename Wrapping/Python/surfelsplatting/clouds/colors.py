@@ -13,6 +13,16 @@ def is_colors(array):
             and array.GetNumberOfComponents() in (3, 4))
 
 
+def hides_intensity(cloud):
+    """Whether the points of a Cloud have intensity that differs, and no colours."""
+    points = cloud.data.GetPointData()
+    intensity = points.GetArray("intensity")
+    if cloud.is_drawable or intensity is None or is_colors(points.GetScalars()):
+        return False
+    low, high = intensity.GetFiniteRange()
+    return low < high
+
+
 def may_be_colors(array):
     """Whether three or four components are colours with 8 or 16 bits or fractions."""
     if array.GetNumberOfComponents() not in (3, 4) or not array.GetNumberOfTuples():

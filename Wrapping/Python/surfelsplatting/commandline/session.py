@@ -7,10 +7,13 @@ from contextlib import contextmanager
 from dataclasses import replace
 
 from ..backend import vtk
+from ..clouds.colors import hides_intensity
+from ..clouds.digits import step_of, why_stepped
 from ..clouds.several import read_clouds
 from ..clouds.stations import TO_SCANNER
 from ..colormaps import check_scalars, with_scalars
 from ..outward import turn_outward
+from ..views.samples import Samples
 from ..views.sensor import keep_sensor
 from ..vtkmessages import VtkMessages
 from .effects import mixes_as_stored, without_effect_on
@@ -22,6 +25,7 @@ from .runstatistics import RunStatistics
 from .volume import splat_volume, take_scalars
 
 RENDER = "surfelsplat render "  # has --hierarchy, which other commands lack
+LEAST_STEP = 1e-5  # of the size of a cloud, below which the steps of its coordinates are not seen
 LONG = 5.0  # s to make surfels, from which on it is worth a hint that they can be kept
 
 
@@ -116,7 +120,10 @@ class Session:
 
     def read(self):
         """-> Cloud of points"""
-        return self.drawn_as_points(self.load())
+        cloud = self.drawn_as_points(self.load())
+        if hides_intensity(cloud) and not self.arguments.scalars:
+            self.note("it has no colours, but intensity: --scalars intensity shows it")
+        return cloud
 
     def surfels(self, cloud, with_hierarchy=False, all_arrays=True):
         """-> vtkPolyData with the arrays of the data contract
@@ -130,9 +137,12 @@ class Session:
             cloud = replace(cloud, data=without_unused_arrays(
                 cloud.data, self.arguments.scalars, TO_SCANNER, *cloud.normals))
         with_hierarchy = with_hierarchy and self.needs_hierarchy
+        step = 0.0 if cloud.is_drawable else step_of(cloud.data)
         surfels = make_surfels(
             cloud, self.arguments, with_hierarchy, self.messages, self.progress, self.run)
         keep_sensor(cloud, surfels)
+        if step > LEAST_STEP * surfels.GetLength():
+            self.warn(filter(None, [why_stepped(step, Samples(surfels).spacing)]))
         return surfels
 
     def drawable(self, surfels, all_arrays=False):
