@@ -17,10 +17,10 @@ def step_of(data):
     places = places[np.isfinite(places).all(axis=1)]
     if not len(places):
         return 0.0
-    with np.errstate(over="ignore"):
+    with np.errstate(all="ignore"):  # beyond float32
         are_single = (places.astype(np.float32) == places).all(axis=0)
-    # That of most points: few of them may be far away.
-    steps = np.spacing(np.median(np.abs(places), axis=0).astype(np.float32))
+        # Of most points: few of them may be far away.
+        steps = np.spacing(np.median(np.abs(places), axis=0).astype(np.float32))
     return float(np.where(are_single, steps, 0).max())
 
 
