@@ -10,7 +10,6 @@ import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkBitArray, vtkFloatArray, vtkPoints, vtkStringArray
 from vtkmodules.vtkCommonDataModel import vtkPolyData
-from vtkmodules.vtkCommonMisc import vtkErrorCode
 from vtkmodules.vtkFiltersCore import vtkAppendPolyData
 from vtkmodules.vtkRenderingCore import vtkActor, vtkCamera
 
@@ -24,6 +23,7 @@ from toolcase import (SMALL, ToolCase, arrays_of, content_of, places_of, read_js
 
 LARGE = 700_000  # surfels: a file too large to be checked at once
 PAGE = 4096
+CANNOT_OPEN, NO_NAME, DISK_FULL, UNKNOWN = 20002, 20006, 20007, 20008  # vtkErrorCode
 
 
 def ball(count, seed=1, origin=None, offset=0.0):
@@ -306,7 +306,7 @@ class TestMappedFiles(ToolCase):
         self.assertIn("not whole", self.refused("half.surfels"))
         self.refuse("render", "half.surfels", "-o", "out.png", says=("half.surfels", "not whole"))
 
-    def refused_to_write(self, surfels, path, code=vtkErrorCode.UnknownError):
+    def refused_to_write(self, surfels, path, code=UNKNOWN):
         """-> what the writer says; it leaves nothing."""
         writer = vtkSurfelHierarchyWriter()
         self.note_errors(writer)
@@ -322,12 +322,12 @@ class TestMappedFiles(ToolCase):
 
     def test_what_cannot_be_written(self):
         self.assertIn("set the input", self.refused_to_write(None, "a.surfels"))
-        self.assertIn("SetFileName", self.refused_to_write(ball(9), None, vtkErrorCode.NoFileNameError))
+        self.assertIn("SetFileName", self.refused_to_write(ball(9), None, NO_NAME))
         self.assertIn("No such file", self.refused_to_write(
-            ball(9), "no/such/a.surfels", vtkErrorCode.CannotOpenFileError))
+            ball(9), "no/such/a.surfels", CANNOT_OPEN))
         with small_files():
             self.assertIn("File too large", self.refused_to_write(
-                ball(9), "a.surfels", vtkErrorCode.OutOfDiskSpaceError))
+                ball(9), "a.surfels", DISK_FULL))
         self.assertIn("no surfels", self.refused_to_write(vtkPolyData(), "a.surfels"))
         plain = ball(9)
         plain.GetPointData().RemoveArray("SurfelCovariance")
@@ -341,14 +341,14 @@ class TestMappedFiles(ToolCase):
         self.assertTrue(writer.AddPiece(ball(9)))
         self.assertFalse(writer.AddPiece(plain))
         self.assertIn("SurfelCovariance", self.errors[0])
-        self.assertEqual(writer.GetErrorCode(), vtkErrorCode.UnknownError)
+        self.assertEqual(writer.GetErrorCode(), UNKNOWN)
         writer.SetFileName("no/such/a.surfels")
         self.assertFalse(writer.AddPiece(ball(9)))
-        self.assertEqual(writer.GetErrorCode(), vtkErrorCode.CannotOpenFileError)
+        self.assertEqual(writer.GetErrorCode(), CANNOT_OPEN)
         writer.SetFileName("a.surfels")
         with small_files():
             self.assertFalse(writer.AddPiece(ball(900)))
-        self.assertEqual(writer.GetErrorCode(), vtkErrorCode.OutOfDiskSpaceError)
+        self.assertEqual(writer.GetErrorCode(), DISK_FULL)
         self.assertEqual(os.listdir("."), [])
 
 
