@@ -206,8 +206,8 @@ def add_detail_options(parser):
     _add_accuracy_options(parser)
     detail = parser.add_argument_group(
         "level of detail", "A hierarchy has fewer, larger splats for blurred and tiny things. One sharp\n"
-        "picture of up to 10 million points takes less time without it, and uses it only if\n"
-        "--lod, --lod-error or --color-by is given.")
+        "picture of up to 10 million points takes less time without it, and has one only if\n"
+        "an option needs it, such as --lod, --color-by or --hierarchy.")
     detail.add_argument("--lod", choices=("moments", "paper"), default="moments",
                         help="how one splat represents several surfels: by their moments and "
                              "colour gradients, or as in Krivanek et al. 2003 (default: moments)")
