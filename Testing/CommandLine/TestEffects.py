@@ -41,15 +41,18 @@ ON_A_HIERARCHY = (
     ("--cleaning off", "", "on ball.vtp, which holds surfels already"),
     ("--sides two", "", "on ball.vtp, which holds surfels already"),
     ("--neighbors 20", "", "on ball.vtp, which holds surfels already"),
+    ("--every 2", "", "on ball.vtp, which holds surfels already"),
 )
 ON_POINTS = (
     ("--cleaning off", "", None),
     ("--sides two", "", None),
+    ("--every 2", "", None),
     ("--neighbors 20", "--blur 4 --lens-cells 2 --kernel gaussian --cutoff 3", None),
 )
 ON_GAUSSIANS = tuple(
     (option, "", "on ball.vtp, which holds Gaussians in space")
-    for option in ("--cleaning off", "--sides two", "--neighbors 20", "--points-per-part 2000"))
+    for option in ("--every 2", "--cleaning off", "--sides two", "--neighbors 20",
+                   "--points-per-part 2000"))
 ON_GAUSSIANS += (("--linear-light", "", "on ball.vtp, whose colours are harmonics"),
                  ("--linear-light", "--scalars x", None),
                  ("--lit", "", "on ball.vtp, whose colours are harmonics"),
@@ -57,7 +60,10 @@ ON_GAUSSIANS += (("--linear-light", "", "on ball.vtp, whose colours are harmonic
                  ("--opacity 0:0.5", "", "on ball.vtp, which is no volume"))
 ON_A_VOLUME = tuple(
     (option, "", "on ball.vtp, which is a volume")
-    for option in ("--cleaning off", "--sides two", "--neighbors 20", "--points-per-part 2000"))
+    for option in ("--every 2", "--cleaning off", "--sides two", "--neighbors 20",
+                   "--points-per-part 2000"))
+ON_A_DEPTH_IMAGE = (("--every 2", "", "on ball.vtp, which is a depth image"),
+                    ("--neighbors 20", "", None))
 ON_A_VOLUME += (("--opacity 0:0.5", "--unit-distance 2 --range 0 1 --colormap gray", None),
                 ("--scalars x", "", None),
                 ("--lit", "", "without --shade"),
@@ -88,7 +94,9 @@ class TestEffects(ToolCase):
                 array.SetName(name)
                 data.GetPointData().AddArray(array)
         cloud = SimpleNamespace(is_surfels=holds == "surfels", is_gaussians=holds == "Gaussians",
-                                is_volume=holds == "a volume", data=data)
+                                is_volume=holds == "a volume", data=data,
+                                is_drawable=holds in ("surfels", "Gaussians"),
+                                columns=640 if holds == "a depth image" else 0, image=None)
         arguments = parse_arguments(["render", "ball.vtp", *option.split(), *others.split(),
                                      "-o", "out.png"])
         texts = without_effect(arguments, asked_view(arguments))
@@ -108,6 +116,10 @@ class TestEffects(ToolCase):
     def test_on_gaussians(self):
         for option, others, reason in ON_GAUSSIANS:
             self.check("Gaussians", option, others, reason)
+
+    def test_on_a_depth_image(self):
+        for option, others, reason in ON_A_DEPTH_IMAGE:
+            self.check("a depth image", option, others, reason)
 
     def test_on_a_volume(self):
         for option, others, reason in ON_A_VOLUME:

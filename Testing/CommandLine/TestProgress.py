@@ -112,6 +112,7 @@ class TestProgress(ToolCase):
                 (0, "render ball.ply -o out.png --hierarchy h.surfels", None),
                 (0, "render ball.ply -o out.png --surfels s.vtp", None),
                 (0, "render ball.ply -o out.png --no-lod", None),
+                (0, "render ball.ply -o out.png --every 2", None),
                 (0, "render ball.surfels -o out.png", None)):
             script = ("import sys; from surfelsplatting.commandline import main, session; "
                       f"session.LONG = {patience}; sys.exit(main(sys.argv[1:]))")

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Options that have no effect beside the others, or for a cloud."""
 
+from ..clouds.thinning import may_be_thinned
 from ..clouds.volumes import color_components
 
 
@@ -87,7 +88,7 @@ def _of_kind(cloud, arguments):
 
 def without_effect_on(cloud, arguments):
     """-> texts about options that change nothing for this cloud."""
-    options = ("--cleaning", "--sides", "--neighbors")
+    options = ("--every", "--cleaning", "--sides", "--neighbors")
     texts = _of_kind(cloud, arguments)
     if cloud.is_volume:
         return (_texts(arguments, (*options, "--points-per-part"),
@@ -98,6 +99,8 @@ def without_effect_on(cloud, arguments):
                        f"on {arguments.cloud}, which holds Gaussians in space; only points of "
                        "surfaces become surfels") + texts + _of_gaussians(cloud, arguments))
     if not cloud.is_surfels:
+        if not may_be_thinned(cloud):
+            texts += _texts(arguments, ["--every"], f"on {arguments.cloud}, which is a depth image")
         return texts
     return _texts(arguments, options,
                   f"on {arguments.cloud}, which holds surfels already; give the points that they "

@@ -61,7 +61,7 @@ def check_memory(cloud, arguments):
         problem = vtkSurfelHierarchy.CheckMemory(cloud.data.GetNumberOfPoints(),
                                                  not cloud.is_drawable)
         if problem:
-            raise UserProblem(f"{arguments.cloud}: {problem}")
+            raise UserProblem(f"{arguments.cloud}: {problem} --every N uses one of every N points.")
 
 
 def make_surfels(cloud, arguments, with_hierarchy, *reporters):

@@ -28,6 +28,7 @@ OPAQUE = 0.9  # opacity above which a Gaussian hides what is behind it
 SHOWN = 0.8  # part of the surface that shows both sides, from which --sides two changes little
 LISTED = 20  # places of scanners
 LONG = 20_000_000  # points that take more than a minute to become surfels
+QUICK = 1_000_000  # points that take seconds
 BULK = (0.5, 99.5)  # percentiles of a volume's scalars
 OUTLYING = 4  # times as long as the bulk's is a range of scalars that outliers stretch
 
@@ -189,6 +190,7 @@ def _suggestions(report, cloud):
             found.append(("--neighbors 40", "the noise is larger than the spacing"))
         if points > LONG:
             found.append(("--hierarchy OUT.surfels", "keeps the surfels, which take minutes to make"))
+            found.append((f"--every {-(-points // QUICK)}", "shows it within seconds, with less detail"))
     return [{"options": options, "reason": reason} for options, reason in found]
 
 

@@ -11,6 +11,7 @@ from ..clouds.colors import hides_intensity
 from ..clouds.digits import step_of, why_stepped
 from ..clouds.several import read_clouds
 from ..clouds.stations import TO_SCANNER
+from ..clouds.thinning import may_be_thinned, one_of
 from ..colormaps import check_scalars, with_scalars
 from ..outward import turn_outward
 from ..views.samples import Samples
@@ -75,7 +76,7 @@ class Session:
         """Says how surfels are kept that took long, if they are not. command: that has --hierarchy."""
         options = self.arguments
         is_kept = getattr(options, "hierarchy", None) or getattr(options, "surfels", None)
-        if seconds > LONG and not is_kept and not options.no_lod:
+        if seconds > LONG and not (is_kept or options.no_lod or options.every > 1):
             name = os.path.splitext(os.path.basename(options.clouds[0]))[0] + ".surfels"
             self.note(f"to make surfels took {seconds:.0f} s; {command}--hierarchy {name} keeps them, "
                       f"and {name} is drawn at once")
@@ -89,8 +90,10 @@ class Session:
             self.progress.clear()
 
     def cloud(self):
-        """-> Cloud as it is in the file, but for sides that are plainly wrong there"""
+        """-> Cloud as it is in the file, but for sides that are plainly wrong there, and thinned"""
         cloud = read_clouds(self.arguments.clouds, self.messages, self.progress)
+        if self.arguments.every > 1 and may_be_thinned(cloud):
+            cloud = one_of(self.arguments.every, cloud)
         if self.arguments.sides == "auto":
             turn_outward(cloud)
         return cloud

@@ -6,6 +6,7 @@ import math
 import numpy as np
 
 from ..backend import vtk
+from ..clouds.thinning import copy_rows
 from ..vtkarrays import named_array, to_numpy
 
 LARGEST = 200_000  # points that are shown
@@ -42,20 +43,6 @@ def _chosen(cloud):
         places = places[some].astype(np.float64)
     finite = np.isfinite(places).all(axis=1)
     return some[finite], places[finite]
-
-
-def _copy_arrays(source, target, chosen):
-    data = source.GetPointData()
-    scalars = data.GetScalars()
-    for index in range(data.GetNumberOfArrays()):
-        array = data.GetArray(index)
-        if array is None or array.GetName() is None:
-            continue
-        values = to_numpy(array)[chosen]
-        copy = named_array(array.GetName(), values)
-        target.GetPointData().AddArray(copy)
-        if array == scalars:
-            target.GetPointData().SetScalars(copy)
 
 
 def _normals(cloud, chosen):
@@ -96,7 +83,7 @@ def discs_of(cloud):
     discs.SetPoints(points)
     if not count:
         return discs
-    _copy_arrays(cloud, discs, chosen)
+    copy_rows(cloud, discs, chosen)
     normals = _normals(cloud, chosen)
     covariances, areas = _kernels(_area_per_point(discs), normals, count)
     data = discs.GetPointData()

@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A part of a large cloud's points, to see it soon."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..backend import vtk
+from ..vtkarrays import named_array, to_numpy
+
+SEED = 1
+
+
+def may_be_thinned(cloud):
+    """Whether it is of points; those of depth images know their neighbours by their rows."""
+    return not (cloud.is_volume or cloud.is_drawable or cloud.columns or cloud.image)
+
+
+def _chosen(count, every):
+    """[n] indices, rising: one at random of each run of points. A fixed one would leave whole rows
+    of a scan out, where their length is a multiple of the run's."""
+    first = np.arange(0, count, every)
+    return np.minimum(first + np.random.default_rng(SEED).integers(0, every, len(first)), count - 1)
+
+
+def copy_rows(source, target, chosen):
+    """Gives a vtkPolyData the numbers that chosen points of another have, under the same names."""
+    data, copies = source.GetPointData(), target.GetPointData()
+    active = {data.GetScalars(): copies.SetActiveScalars, data.GetNormals(): copies.SetActiveNormals,
+              data.GetVectors(): copies.SetActiveVectors}
+    for index in range(data.GetNumberOfArrays()):
+        array = data.GetArray(index)
+        if array is None or array.GetName() is None:
+            continue
+        copies.AddArray(named_array(array.GetName(), to_numpy(array)[chosen]))
+        if array in active:
+            active[array](array.GetName())
+
+
+def one_of(every, cloud):
+    """-> Cloud with one point of each `every` that follow one another, in their order"""
+    data = cloud.data
+    chosen = _chosen(data.GetNumberOfPoints(), every)
+    points = vtk("vtkCommonCore").vtkPoints()
+    points.SetData(named_array("Points", to_numpy(data.GetPoints().GetData())[chosen]))
+    thinned = vtk("vtkCommonDataModel").vtkPolyData()
+    thinned.SetPoints(points)
+    thinned.GetFieldData().ShallowCopy(data.GetFieldData())
+    copy_rows(data, thinned, chosen)
+    return replace(cloud, data=thinned, parts=None if cloud.parts is None else cloud.parts[chosen],
+                   how="; ".join(filter(None, (cloud.how, f"one of every {every} points"))))
