@@ -10,6 +10,11 @@
  *
  * Two children are joined by c_0 = f_a c_a + f_b c_b and
  *   H   = f_a H_a + f_b H_b + f_a f_b (c_a - c_b) (p_a - p_b)',    f their shares of sum a o.
+ * (Second moments, along the main direction of their colours, were tried: 12 more bytes a node gain
+ * 0.00 to 0.07 dB on ray-traced scenes at 36 px of blur, and 0.1 to 0.6 with nodes 1.6 times as
+ * large, which lose 1.1 to 2.7. The border of the lens's disc is as sharp as nodes are wide, so
+ * that no series of moments converges fast there.)
+ *
  * Scalars are mapped to colours at the leaves, since the colour of a mean scalar is not the mean
  * colour.
  */

@@ -448,7 +448,8 @@ SURFELSPLATTING_INLINE unsigned int AddSplatToBlock(
 }
 
 /// Adds a tent's fragments, seen through the linear reconstruction of T over all of its lens
-/// points; returns the lanes that it covers.
+/// points; returns the lanes that it covers. (Summing the tents that follow one another in a block,
+/// four at a time, before their layer takes them costs as much as it saves.)
 template <bool OnLens, RasterPass Pass>
 SURFELSPLATTING_INLINE unsigned int AddTentToBlock(
   BlockLayers<OnLens, Pass>& open, const BatchBlock& at, const BatchItem& item)
