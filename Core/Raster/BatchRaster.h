@@ -151,15 +151,6 @@ SURFELSPLATTING_INLINE LaneMask FindEnded(const BlockLayers<OnLens, Pass>& open,
     Select(open.Far < near, 0.0f, LargestStep * length);
 }
 
-/// Weights of an item's fragments before their layers limit them.
-struct FragmentWeights
-{
-  Lanes Weight;   ///< over Unit, 0 outside
-  Lanes Kernel;   ///< 1 at the item's centre; KernelOfReach at a tent's
-  float Unit;     ///< such as RoomToFill
-  float PerReach; ///< Unit / WeightOfReach, or that of cells or tents
-};
-
 /// Lets the layers that end in front of an item leak.
 /// @param weight of the item's fragments @return where what the item adds to z-ranges begins there:
 /// layers stay open over the rest of their gaps
@@ -186,12 +177,11 @@ SURFELSPLATTING_INLINE Lanes LeakEnded(BlockLayers<OnLens, Pass>& open, const Ba
                   : Select(open.Weight > LeastLeakingWeight, range.Near - gaps.Rest, range.Near);
 }
 
-/// Prepares the open layers for an item: those that end in front of it leak, and z-ranges become
-/// longer.
+/// Prepares the open layers for an item: those that end in front of it leak.
+/// @param weight of its fragments, 0 outside @return where what it adds to z-ranges begins
 template <bool OnLens, RasterPass Pass>
-SURFELSPLATTING_INLINE void PrepareLayers(BlockLayers<OnLens, Pass>& open, const BatchBlock& at,
-  const BatchItem& item, const ZRange& range, const FragmentWeights& weights,
-  const LaneMask& inside)
+SURFELSPLATTING_INLINE Lanes BeginItem(BlockLayers<OnLens, Pass>& open, const BatchBlock& at,
+  const BatchItem& item, const ZRange& range, const Lanes& weight, const LaneMask& inside)
 {
   Lanes begin = Larger(open.Far, range.Near);
   LaneMask ended = inside & FindEnded(open, range.Near);
@@ -201,20 +191,30 @@ SURFELSPLATTING_INLINE void PrepareLayers(BlockLayers<OnLens, Pass>& open, const
   }
   if (__builtin_expect(Any(ended), 0))
   {
-    begin =
-      Select(ended, LeakEnded(open, at, item, range, weights.Unit * weights.Weight, ended), begin);
+    begin = Select(ended, LeakEnded(open, at, item, range, weight, ended), begin);
   }
-  Lanes reach = weights.PerReach * weights.Weight;
-  if (OnLens)
-  {
-    reach *= ShareOfReach(weights.Kernel, open.Weight);
-  }
-  const Lanes longer = begin + reach * (range.Far - begin);
-  open.Far = Select(inside, Larger(Smaller(longer, range.Far), begin), open.Far);
   if (__builtin_expect(at.Callbacks.Leaked != nullptr, 0))
   {
     AddTo(at.Tile.Finished[at.Block].Fragments, Select(inside, 1.0f, 0.0f));
   }
+  return begin;
+}
+
+/// Makes the layers of a splat's fragments longer.
+/// @param begin BeginItem @param most weights over RoomToFill @param kernel 1 at the centre
+template <bool OnLens, RasterPass Pass>
+SURFELSPLATTING_INLINE void Lengthen(BlockLayers<OnLens, Pass>& open, const ZRange& range,
+  const Lanes& begin, const Lanes& most, const Lanes& kernel, const LaneMask& inside)
+{
+  constexpr float perReach =
+    RoomToFill<OnLens> / (Pass == RasterPass::Collect ? WeightOfReachInCell : WeightOfReach);
+  Lanes reach = perReach * most;
+  if (OnLens)
+  {
+    reach *= ShareOfReach(kernel, open.Weight);
+  }
+  const Lanes longer = begin + reach * (range.Far - begin);
+  open.Far = Select(inside, Larger(Smaller(longer, range.Far), begin), open.Far);
 }
 
 /// Adds fragments to the sums of the open layers, but for their colours; returns the weight of
@@ -416,10 +416,8 @@ SURFELSPLATTING_INLINE unsigned int AddSplatToBlock(
   const Lanes most = Select(inside, peak * kernel, 0.0f); // lanes outside may hold anything
   if (Pass != RasterPass::Nearest)
   {
-    constexpr float perReach =
-      RoomToFill<OnLens> / (Pass == RasterPass::Collect ? WeightOfReachInCell : WeightOfReach);
-    PrepareLayers(
-      open, at, *p.Item, p.Range, { most, kernel, RoomToFill<OnLens>, perReach }, inside);
+    const Lanes begin = BeginItem(open, at, *p.Item, p.Range, RoomToFill<OnLens> * most, inside);
+    Lengthen(open, p.Range, begin, most, kernel, inside);
   }
   const Lanes weight = LimitWeight<OnLens>(most, FindRoom(open, u, 1.0f + Ripple<OnLens>));
   Lanes depth = p.Depth + p.DepthY * at.Y + p.DepthX * at.X;
@@ -465,8 +463,9 @@ SURFELSPLATTING_INLINE unsigned int AddTentToBlock(
   {
     return 0;
   }
-  PrepareLayers(open, at, item, { s.Near, s.Far },
-    { weight, KernelOfReach * share, 1.0f, 1.0f / WeightOfReachOfTent }, inside);
+  const Lanes begin = BeginItem(open, at, item, { s.Near, s.Far }, weight, inside);
+  const Lanes reach = ReachOfTent(weight, open.Weight);
+  open.Far = Select(inside, begin + reach * (s.Far - begin), open.Far);
   const LensPoints u{ 2.0f * s.PointX, 2.0f * s.PointY };
   const Lanes added =
     LimitTent(weight, UnitOfRoom<OnLens> * Larger(FindRoom(open, u, FullOfTents), 0.0f));

@@ -66,9 +66,15 @@ void ReferenceLayers::Prepare(const ReferenceFragment& f)
     }
     begin -= this->Weight > 1.0 / 256.0 ? (leaks ? left * behind : behind) : 0.0;
   }
+  if (f.IsTent)
+  {
+    const double share = f.Weight / std::max(this->Weight + f.Weight, 1e-30);
+    this->Far = begin + std::min(1.0, 3.0 * share) * (f.Far - begin);
+    return;
+  }
   const double begins = std::max(0.0, 1.0 - 2.0 * this->Weight);
   const double share = f.OnLens ? std::min(1.0, 5.0 * f.Kernel + begins) : 1.0;
-  const double reach = std::min(1.0, share * f.Weight / (f.IsTent ? 0.06 : 0.004));
+  const double reach = std::min(1.0, share * f.Weight / 0.004);
   this->Far = begin + reach * std::max(0.0, f.Far - begin);
 }
 

@@ -209,13 +209,12 @@ TEST_CASE("Tails in gaps")
   }
 }
 
-/// Through a lens, a tent of another grid lengthens a layer that covers something the less, the
-/// farther it is from its middle.
-TEST_CASE("Tails of tents")
+/// A tent takes its layer's end to its own by three times its share of the layer, or wholly.
+TEST_CASE("Ends of tents")
 {
   Tent wide{};
   wide.InverseCell = 1.0f / 64.0f;
-  wide.Weight = wide.Opacity = 1.0f;
+  wide.Opacity = 1.0f;
   wide.Near = 1.0f;
   wide.Far = wide.Depth = 2.0f;
   Tent narrow = wide;
@@ -223,23 +222,26 @@ TEST_CASE("Tails of tents")
   narrow.Weight = 0.03f;
   narrow.Far = 4.0f;
   RasterSettings settings{ 9.0f, 1e30f };
+  const TilePlace place{ { 0, 0, TileSize, TileSize }, 0.5f, 0.5f };
   for (const bool onLens : { false, true })
   {
     settings.LensRadius = onLens ? Blur : 0.0f;
     settings.SetShape({});
-    for (const float cover : { 0.5f * CoverOfReach, 0.75f * CoverOfReach, CoverOfReach })
+    for (const float cover : { 0.01f, 0.3f, 0.9f })
     {
-      const auto tile = EmptyTile();
-      const TilePlace place{ { 0, 0, TileSize, TileSize }, 0.5f, 0.5f };
       wide.Weight = cover;
-      AddTent(SelectRasterTarget(), *tile, wide, place, settings);
-      AddTent(SelectRasterTarget(), *tile, narrow, place, settings);
-      for (int x = 0; x < BlockSize; ++x)
+      for (const bool wideFirst : { false, true })
       {
-        const double share = 1.0 - x / 8.0, covered = cover * (1.0 - x / 64.0);
-        const double tail =
-          onLens ? std::min(1.0, share + std::max(0.0, 1.0 - 2.0 * covered)) : 1.0;
-        CHECK_NEAR(tile->Open[0].Far[x], 2.0 + 2.0 * tail * share * 0.03 / 0.06, 1e-6);
+        const auto tile = EmptyTile();
+        AddTent(SelectRasterTarget(), *tile, wideFirst ? wide : narrow, place, settings);
+        AddTent(SelectRasterTarget(), *tile, wideFirst ? narrow : wide, place, settings);
+        for (int x = 0; x < BlockSize; ++x)
+        {
+          const double first = cover * (1.0 - x / 64.0), second = 0.03 * (1.0 - x / 8.0);
+          const double share = (wideFirst ? second : first) / (first + second);
+          const double from = wideFirst ? 2.0 : 4.0, to = wideFirst ? 4.0 : 2.0;
+          CHECK_NEAR(tile->Open[0].Far[x], from + std::min(1.0, 3.0 * share) * (to - from), 1e-6);
+        }
       }
     }
   }

@@ -282,10 +282,9 @@ void TestTent(const RasterTarget& target)
     CHECK_NEAR(open.Opacity[l], 0.5 * weight, 4.0 * Epsilon);
     CHECK_NEAR(open.Red[l], 0.125 * weight, 4.0 * Epsilon);
     CHECK_NEAR(open.Depth[l], 2.5 * weight, 8.0 * Epsilon);
-    const double reach = std::min(1.0, weight / 0.06);
     if (weight > 0.0)
     {
-      CHECK_NEAR(open.Far[l], 1.0 + 2.0 * reach, 1e-6);
+      CHECK_NEAR(open.Far[l], 3.0, 1e-6); // of the first of its layer
     }
     else
     {
