@@ -242,6 +242,17 @@ class TestMappedFiles(ToolCase):
         self.damage_where_it_is_drawn()
         self.refuse_damaged_arrays()
 
+    def test_samples_of_copies(self):
+        """Each place has seven surfels, which tie; samples end among those of one."""
+        surfels = ball(7 * 30001)
+        places = places_of(surfels)
+        places[:] = np.repeat(places[::7], 7, axis=0)
+        surfels = hierarchy_of(surfels)
+        save(surfels)
+        one, other = Samples(surfels), Samples(load())
+        np.testing.assert_array_equal(one.points, other.points)
+        np.testing.assert_array_equal(one.areas, other.areas)
+
     def change_colors_of_a_large_file(self):
         """That is no damage."""
         mapped = load()

@@ -126,8 +126,8 @@ def _masses(surfels, covariances, most):
 
 def _scattered(points, most):
     """Which points are samples, one of so many, as Core/Surfels/SurfelSamples.h chooses them for files: those
-    with the smallest keys of their coordinates. So a hierarchy, which has them in another order than the
-    points it was made of, has the same."""
+    with the smallest keys of their coordinates, of equal ones the first. So a hierarchy, which has them in
+    another order than the points it was made of, has the same."""
     count = len(points)
     step = max(1, count // most)
     if step == 1:
@@ -141,7 +141,7 @@ def _scattered(points, most):
     wanted = -(-count // step)
     if len(some) < wanted:  # as of points that are all at one place
         return slice(0, count, step)
-    keys = key[some]
+    keys = key[some].astype(np.uint64) << np.uint64(32) | some.astype(np.uint64)
     return some[keys <= np.partition(keys, wanted - 1)[wanted - 1]]
 
 
