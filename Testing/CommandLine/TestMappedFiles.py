@@ -15,6 +15,7 @@ from vtkmodules.vtkRenderingCore import vtkActor, vtkCamera
 
 from surfelsplatting import (vtkSurfelHierarchy, vtkSurfelHierarchyReader, vtkSurfelHierarchyWriter,
                              vtkSurfelImageRenderer, vtkSurfelMapper)
+from surfelsplatting.commandline.outputs import write_polydata
 from surfelsplatting.vtkarrays import named_array
 from surfelsplatting.views.samples import SAMPLES, Samples
 from surfelsplatting.vtkmessages import errors_of
@@ -148,6 +149,16 @@ class TestMappedFiles(ToolCase):
                 self.assertIn(name, warnings[0])
             self.assertNotIn("height", warnings[0])
             self.assertEqual(load().GetPointData().GetNumberOfArrays(), 6)
+
+    def test_the_tool_names_arrays_that_are_left_out(self):
+        surfels = ball(300)
+        labels = vtkStringArray()
+        labels.SetName("labels")
+        labels.SetNumberOfValues(300)
+        surfels.GetPointData().AddArray(labels)
+        self.assertTrue(write_polydata(surfels, "labels.vtp"))
+        said = self.tool("render", "labels.vtp", *SMALL, "--hierarchy", "out.surfels", "-o", "out.png")
+        self.assertIn("surfelsplat: warning: Arrays that are not in the file: labels.", said)
 
     def test_surfels_that_are_not_finite_are_left_out(self):
         surfels = ball(3000)

@@ -11,6 +11,7 @@ from ..backend import vtk
 from ..pictures import png_bytes
 from ..problems import UserProblem
 from ..views.cameras import view_values
+from ..vtkmessages import errors_of
 from ..vtkSurfelOpenEXR import vtkDeepEXRWriter, vtkSurfelEXRWriter
 from ..vtkSurfelRendering import vtkSurfelHierarchyWriter
 
@@ -115,10 +116,15 @@ def write_picture(picture, path, deep, linear_light, messages):
 
 
 def write_hierarchy(hierarchy, path, messages):
+    """-> warnings of what the file lacks"""
     if path.lower().endswith(".vtp"):
         write_surfels(hierarchy, path, messages)
     else:
-        _write(vtkSurfelHierarchyWriter(), hierarchy, path, messages)
+        writer = vtkSurfelHierarchyWriter()
+        with errors_of(writer, event="WarningEvent") as warnings:
+            _write(writer, hierarchy, path, messages)
+        return warnings
+    return []
 
 
 def write_polydata(data, path):

@@ -86,7 +86,7 @@ def _write_outputs(renderer, surfels, drawn, arguments, session):
         if arguments.surfels:
             write_surfels(surfels, arguments.surfels, session.messages)
         if arguments.hierarchy:
-            write_hierarchy(drawn, arguments.hierarchy, session.messages)
+            session.warn(write_hierarchy(drawn, arguments.hierarchy, session.messages))
 
 
 def _focus(renderer, asked, view, drawn, session):
