@@ -95,7 +95,7 @@ class TestRender(unittest.TestCase):
             made.__kwdefaults__ = surfels.make_surfels.__kwdefaults__
             for limit, options in ((len(self.points), {}), (len(self.points) - 1, {}),
                                    (len(self.points) - 1, {"hierarchy": False})):
-                with mock.patch.object(surfels, "LARGEST_SHARP", limit):
+                with mock.patch.object(surfels, "HUGE", limit):
                     self.picture(**options)
         self.assertEqual([call.kwargs["hierarchy"] for call in made.call_args_list],
                          [False, True, False])

@@ -14,7 +14,7 @@ from .vtkSurfelFilters import vtkPointsToSurfels, vtkSurfelHierarchy
 
 SURFEL_ARRAYS = ("SurfelCovariance", "SurfelAreaVector")
 PLACES, MARKED = "SurfelPlaces", "SurfelMarks"  # field arrays
-LARGEST_SHARP = 10_000_000  # points of one sharp picture without a hierarchy
+HUGE = 10_000_000  # points, of which more go in parts (4.2 GB each), and are drawn by a hierarchy if sharp, too
 MODEL = "ModelUp"  # a field array
 SHEET = "ModelIsSheet"  # a field array
 MARKS = 1024  # surfels of which places and kernels are noted
@@ -262,7 +262,7 @@ def _has_faults(filters):
 def needs_hierarchy(points, has_lens):
     """Whether one picture of points needs level of detail. A sharp one is drawn before a hierarchy
     would be made, but of huge clouds all splats would take more memory than nodes."""
-    return has_lens or points.GetNumberOfPoints() > LARGEST_SHARP
+    return has_lens or points.GetNumberOfPoints() > HUGE
 
 
 def make_surfels(points, *, cleaning="full", sides="auto", viewpoint=None, neighbors=None,

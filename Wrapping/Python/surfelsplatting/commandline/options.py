@@ -4,11 +4,11 @@
 import argparse
 
 from ..problems import UserProblem
+from ..surfels import HUGE
 from ..views.cameras import AXES, LARGEST_BLUR, SIDES, STILL_CELLS, check_size
 from .arguments import (angle, between, count, lens_parts, not_negative, number, pixel_number,
                         positive, refuse_together)
 
-LARGEST_PART = 10_000_000  # points; 4.2 GB while a part is processed
 TRIPLE = dict(nargs=3, type=number, metavar=("X", "Y", "Z"))
 
 
@@ -249,7 +249,7 @@ def add_run_options(parser):
     run.add_argument("--threads", type=count, metavar="N",
                      help="number of threads (default: all cores)")
     run.add_argument("--points-per-part", type=between(1000, 1 << 30, count),
-                     default=LARGEST_PART, metavar="N",
+                     default=HUGE, metavar="N",
                      help="process larger clouds in parts of N points, to save memory: it takes "
                           "70 bytes for each point, up to 140 while they are cleaned, and 320 for "
                           "each point of one part. Surfels are then two-sided unless normals "
