@@ -303,6 +303,11 @@ class TestLargeCoordinates(PlotterCase):
 class TestChangedSurfels(PlotterCase):
     """Surfels that other filters moved or selected: what was estimated holds for some of them only."""
 
+    def test_coordinates_of_too_few_digits(self):
+        far = pv.PolyData((self.cloud.points + [691000, 5334000, 500]).astype(np.float32))
+        with self.assertWarnsRegex(UserWarning, "the coordinates have steps of 0.5"):
+            far.surfels.estimate()
+
     def picture_of(self, surfels):
         return surfels.surfels.plot(window_size=(160, 120), screenshot=True, return_img=True)
 

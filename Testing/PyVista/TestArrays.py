@@ -159,6 +159,11 @@ class TestRender(unittest.TestCase):
         self.assertNotIn("0x", str(caught.warning))  # no addresses
         self.assertGreater(picture[90, 120].min(), 150)
 
+    def test_coordinates_of_too_few_digits(self):
+        points = (self.points + [691000, 5334000, 500]).astype(np.float32)
+        with self.assertWarnsRegex(UserWarning, "the coordinates have steps of 0.5"):
+            render(points, size=(240, 180))
+
     def test_cleaning_is_logged(self):
         """It is what was asked for, and no reason to warn."""
         stray = [[3, 3, 3], [-3, 2, 1]]

@@ -15,6 +15,7 @@ import numpy as np
 from .backend import vtk
 from .views.cameras import View, check_view
 from .clouds.reading import Cloud
+from .views.digits import warn_of_steps
 from .views.focus import focused_on_front
 from .views.framing import complete_view
 from .views.vtkcamera import make_camera
@@ -155,6 +156,7 @@ def render(points: ArrayLike, *, colors: ArrayLike | None = None, normals: Array
     cloud = _as_polydata(points, colors, normals)
     has_lens = bool(lens.coc or lens.diameter)
     surfels = make_surfels(cloud, **{"hierarchy": needs_hierarchy(cloud, has_lens), **estimation})
+    warn_of_steps(cloud, surfels)
     try:
         check_view(asked)
         view = complete_view(asked, Cloud(cloud), surfels)

@@ -8,13 +8,12 @@ from dataclasses import replace
 
 from ..backend import vtk
 from ..clouds.colors import hides_intensity
-from ..clouds.digits import step_of, why_stepped
 from ..clouds.several import read_clouds
 from ..clouds.stations import TO_SCANNER
 from ..clouds.thinning import may_be_thinned, one_of
 from ..colormaps import check_scalars, with_scalars
 from ..outward import turn_outward
-from ..views.samples import Samples
+from ..views.digits import why_stepped
 from ..views.sensor import keep_sensor
 from ..vtkmessages import VtkMessages
 from .effects import mixes_as_stored, without_effect_on
@@ -26,7 +25,6 @@ from .runstatistics import RunStatistics
 from .volume import splat_volume, take_scalars
 
 RENDER = "surfelsplat render "  # has --hierarchy, which other commands lack
-LEAST_STEP = 1e-5  # of the size of a cloud, below which the steps of its coordinates are not seen
 LONG = 5.0  # s to make surfels, from which on it is worth a hint that they can be kept
 
 
@@ -140,12 +138,11 @@ class Session:
             cloud = replace(cloud, data=without_unused_arrays(
                 cloud.data, self.arguments.scalars, TO_SCANNER, *cloud.normals))
         with_hierarchy = with_hierarchy and self.needs_hierarchy
-        step = 0.0 if cloud.is_drawable else step_of(cloud.data)
         surfels = make_surfels(
             cloud, self.arguments, with_hierarchy, self.messages, self.progress, self.run)
         keep_sensor(cloud, surfels)
-        if step > LEAST_STEP * surfels.GetLength():
-            self.warn(filter(None, [why_stepped(step, Samples(surfels).spacing)]))
+        if not cloud.is_drawable:
+            self.warn(filter(None, [why_stepped(cloud.data, surfels)]))
         return surfels
 
     def drawable(self, surfels, all_arrays=False):

@@ -9,6 +9,7 @@ from ..clouds.reading import Cloud, cloud_of
 from ..clouds.stations import TO_SCANNER
 from ..outward import turn_outward
 from ..surfels import MODEL, in_the_world, make_surfels, scan
+from ..views.digits import warn_of_steps
 from ..views.sensor import keep_sensor
 
 
@@ -57,7 +58,10 @@ def surfels_of(points, **options):
     """A PolyData. points: of `points_of`; options: of `SurfelAccessor.estimate`"""
     surfels = pv.wrap(in_the_world(make_surfels(points, **options)))
     if surfels is not points:  # which is so for Gaussians with their level of detail
-        keep_sensor(Cloud(points, *scan(points)), surfels)
+        cloud = Cloud(points, *scan(points))
+        keep_sensor(cloud, surfels)
+        if not cloud.is_gaussians:
+            warn_of_steps(points, surfels)
     if surfels.n_cells == 1:  # of all points; filters select cells, so that each gets its own
         surfels.verts = np.insert(np.arange(surfels.n_points), range(surfels.n_points), 1)
     return surfels
