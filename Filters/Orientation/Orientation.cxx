@@ -46,25 +46,40 @@ public:
   {
     JoinSureEdges(this->Edges, this->Signs, this->Evidence);
     ReturnFreeMemory();
+    const double decided = this->Settings.UseScanners ? 1.0 : 0.9;
     const bool finished = progress.Step(0.3) &&
       this->DecideSets(progress.Part(0.3, 0.5),
         [this](
           const OutsideInput& input, const Component& patch) { this->TakePatch(input, patch); }) &&
       JoinPatches({ this->Graph, this->Edges, this->Fits }, progress.Part(0.5, 0.7), this->Signs,
         this->Sides) &&
-      this->DecideSets(progress.Part(0.7, 1.0),
+      this->DecideSets(progress.Part(0.7, decided),
         [this, &result](const OutsideInput& input, const Component& component) {
           this->TakeComponent(input, component, result);
-        });
-    if (finished && !this->Settings.UseScanners)
-    {
-      this->TurnRooms(result);
-    }
+        }) &&
+      (this->Settings.UseScanners || this->TurnRooms(progress.Part(decided, 1.0), result));
     result.NumberOfComponents = this->NumberOfSets;
     return finished;
   }
 
 private:
+  /// Calls function(set) for the number of each set. Returns false if stopped.
+  template <typename Function>
+  bool ForSets(const ConsistentSets& sets, const StageProgress& progress, Function&& function)
+  {
+    for (int c = 0; c < sets.Count(); ++c)
+    {
+      function(c);
+      // There may be as many sets as points: no report for each.
+      const bool report = c % 1024 == 0 || sets.Size(c) > 1024;
+      if (report && !progress.Step(static_cast<double>(sets.Starts[c + 1]) / this->Cloud.Size()))
+      {
+        return false;
+      }
+    }
+    return true;
+  }
+
   /// Calls decide(input, set) for the sets that are joined so far. Returns false if stopped.
   template <typename Decide>
   bool DecideSets(const StageProgress& progress, Decide&& decide)
@@ -75,17 +90,9 @@ private:
         return ConflictOf(this->Graph, this->Edges, this->Signs, set.Ids, set.Count);
       } };
     this->NumberOfSets = sets.Count();
-    for (int c = 0; c < sets.Count(); ++c)
-    {
+    return this->ForSets(sets, progress, [&](int c) {
       decide(input, Component{ sets.Begin(c), sets.Size(c) });
-      // There may be as many sets as points: no report for each.
-      const bool report = c % 1024 == 0 || sets.Size(c) > 1024;
-      if (report && !progress.Step(static_cast<double>(sets.Starts[c + 1]) / this->Cloud.Size()))
-      {
-        return false;
-      }
-    }
-    return true;
+    });
   }
 
   /// The side of a set, at its root.
@@ -159,12 +166,11 @@ private:
     });
   }
 
-  /// Turns the normals of rooms inward. All are outward before.
-  void TurnRooms(const OrientationResult& result)
+  /// Turns the normals of rooms inward. All are outward before. Returns false if stopped.
+  bool TurnRooms(const StageProgress& progress, const OrientationResult& result)
   {
     const ConsistentSets sets = CollectSets(this->Cloud.Size(), this->Signs);
-    for (int c = 0; c < sets.Count(); ++c)
-    {
+    return this->ForSets(sets, progress, [&](int c) {
       const Component component{ sets.Begin(c), sets.Size(c) };
       if (IsRoom(this->Cloud, this->Graph, this->Fits, result.TwoSided, sets, c))
       {
@@ -174,7 +180,7 @@ private:
           normal = -1.0 * Vector3(normal);
         }
       }
-    }
+    });
   }
 
   const LocalCloud& Cloud;

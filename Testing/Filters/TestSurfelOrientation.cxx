@@ -3,6 +3,8 @@
 // two-sided.
 #include "SurfelTesting.h"
 
+#include "vtkCallbackCommand.h"
+#include "vtkCommand.h"
 #include "vtkSurfelEstimation.h"
 
 using namespace SurfelTesting;
@@ -145,6 +147,25 @@ TEST_CASE("Rooms")
   CHECK(facing(MakeRoom(1.0, 0.0), statue) == "out");
   // Of a sphere in a sphere nothing is level. MakeSphere's normals are outward, and stay.
   CHECK(facing(MakeSphere(2.0, 20000, Random(13)), MakeSphere(0.4, 2000, Random(12))) == "in");
+}
+
+/// Each set of a cloud takes its time to be told from a room.
+TEST_CASE("The search for rooms reports progress")
+{
+  Sampled balls = MakeSphere(1.0, 2000, Random(16)), other = balls;
+  other.Shift({ 5, 0, 0 });
+  balls.Append(other);
+  vtkNew<vtkSurfelEstimation> estimation;
+  int reports = 0;
+  vtkNew<vtkCallbackCommand> count;
+  count->SetClientData(&reports);
+  count->SetCallback([](vtkObject* caller, unsigned long, void* number, void*) {
+    const double progress = static_cast<vtkAlgorithm*>(caller)->GetProgress();
+    *static_cast<int*>(number) += progress > 0.831 && progress < 0.849 ? 1 : 0; // rooms
+  });
+  estimation->AddObserver(vtkCommand::ProgressEvent, count);
+  Estimate(balls, estimation);
+  CHECK(reports == 1); // between the balls
 }
 
 /// Noise cuts the parts of two boxes that are inside of each other off those outside: still neither
