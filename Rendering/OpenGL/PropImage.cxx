@@ -244,6 +244,10 @@ bool PropImage::ReadImage(const PassFrame& frame, bool shares, vtkRenderPass* de
     this->Image.Margin = 0;
   }
   this->HasBackdrop = this->IsBlurred() && this->FindBackdrop();
+  if (this->IsBlurred() && this->Image.Antialiased)
+  {
+    this->MakeEdgesOpaque();
+  }
   const bool isWide = shares || this->Image.Margin > 0;
   if (isWide)
   {
@@ -301,6 +305,24 @@ bool PropImage::ReadMargin(const PassFrame& frame)
     { 0, margin, margin, height }, { margin + width, margin, margin, height } };
   return std::all_of(std::begin(sides), std::end(sides), [&](const PixelRectangle& side) {
     return this->Blit.ReadPart(frame.Window, side, wide, this->WideColor, this->WideWindowDepth);
+  });
+}
+
+/// VTK does not multiply a background by its alpha, which is 0 unless told otherwise. An
+/// antialiased edge before it has the colour of both and the prop's alpha: too much light for so
+/// little alpha.
+void PropImage::MakeEdgesOpaque()
+{
+  SMPExecutor().For(this->Distances.size(), PixelsAtATime, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t p = begin; p < end; ++p)
+    {
+      const float* under = this->BackgroundOf(p);
+      const bool isMultiplied = *std::max_element(under, under + 3) <= under[3];
+      if (!isMultiplied && std::isfinite(this->Distances[p]))
+      {
+        this->Color[4 * p + 3] = 1.0f;
+      }
+    }
   });
 }
 

@@ -257,6 +257,19 @@ def test_a_sky_without_depth_goes_on_behind():
         assert {seen[80][2][1], seen[80][80][1]} == {80, 255}, samples
 
 
+def test_antialiased_edges_before_bright_backgrounds():
+    """A background is seen although its alpha is 0, and edges before it are not brighter than both."""
+    def dark():
+        actor = mesh_actor(plane(0.0, 0.7), (0.1, 0.1, 0.1))
+        actor.RotateZ(17)
+        return [actor]
+    for linear in (False, True):
+        options = dict(background=(0.6, 0.6, 0.6), samples=8, linear=linear)
+        seen, truth = picture(dark(), 3.5, 12, **options), picture(dark(), 3.5, 12, views=60, **options)
+        assert max(p[0] for row in seen for p in row) == 153, linear
+        assert psnr(seen, truth) > 44, (linear, psnr(seen, truth))
+
+
 def light(code):
     return code / 12.92 if code <= 0.04045 else ((code + 0.055) / 1.055) ** 2.4
 
