@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <new>
 #include <stdexcept>
 
 namespace SurfelSplatting
@@ -12,7 +13,7 @@ namespace SurfelSplatting
 namespace
 {
 /// Tags that no other messages use.
-constexpr int SizeTag = 52601, DataTag = 52602;
+constexpr int ValueTag = 52601, DataTag = 52602;
 
 /// MPI counts are ints.
 constexpr std::size_t MaxPiece = std::size_t{ 1 } << 29;
@@ -27,6 +28,20 @@ void Check(int succeeded)
       "A message between the processes of the vtkMultiProcessController has failed.");
   }
 }
+
+template <typename Function>
+bool HasMemory(const Function& function)
+{
+  try
+  {
+    function();
+    return true;
+  }
+  catch (const std::bad_alloc&)
+  {
+    return false;
+  }
+}
 }
 
 int ControllerRanks::Size() const
@@ -39,57 +54,117 @@ int ControllerRanks::Rank() const
   return this->Controller->GetLocalProcessId();
 }
 
-void ControllerRanks::Send(const Message& message, int to)
-{
-  const std::uint64_t size = message.size();
-  Check(this->Controller->Send(
-    reinterpret_cast<const unsigned char*>(&size), vtkIdType{ sizeof(size) }, to, SizeTag));
-  for (std::size_t at = 0; at < message.size(); at += MaxPiece)
-  {
-    const std::size_t piece = std::min(MaxPiece, message.size() - at);
-    Check(this->Controller->Send(message.data() + at, static_cast<vtkIdType>(piece), to, DataTag));
-  }
-}
-
-void ControllerRanks::Receive(Message& message, int from)
-{
-  std::uint64_t size = 0;
-  Check(this->Controller->Receive(
-    reinterpret_cast<unsigned char*>(&size), vtkIdType{ sizeof(size) }, from, SizeTag));
-  message.resize(static_cast<std::size_t>(size));
-  for (std::size_t at = 0; at < message.size(); at += MaxPiece)
-  {
-    const std::size_t piece = std::min(MaxPiece, message.size() - at);
-    Check(
-      this->Controller->Receive(message.data() + at, static_cast<vtkIdType>(piece), from, DataTag));
-  }
-}
-
-/// In each round every rank has one partner, which may be itself; the lower rank sends first.
-std::vector<Message> ControllerRanks::Exchange(std::vector<Message> messages)
+/// In each round every rank has one partner, which may be itself.
+template <typename Function>
+void ControllerRanks::ForPartners(Function&& function) const
 {
   const int size = this->Size(), rank = this->Rank();
-  std::vector<Message> received(messages.size());
   for (int round = 0; round < size; ++round)
   {
-    const int partner = ((round - rank) % size + size) % size;
-    Message& out = messages[static_cast<std::size_t>(partner)];
-    Message& in = received[static_cast<std::size_t>(partner)];
-    if (partner == rank)
+    function(((round - rank) % size + size) % size);
+  }
+}
+
+/// The lower rank sends first.
+template <typename SendFunction, typename ReceiveFunction>
+void ControllerRanks::TakeTurns(int partner, SendFunction&& send, ReceiveFunction&& receive) const
+{
+  if (this->Rank() < partner)
+  {
+    send();
+    receive();
+  }
+  else
+  {
+    receive();
+    send();
+  }
+}
+
+template <typename T>
+T ControllerRanks::Swap(const T& own, int partner) const
+{
+  T other{};
+  const vtkIdType size = sizeof(T);
+  this->TakeTurns(
+    partner,
+    [&] {
+      Check(this->Controller->Send(
+        reinterpret_cast<const unsigned char*>(&own), size, partner, ValueTag));
+    },
+    [&] {
+      Check(this->Controller->Receive(
+        reinterpret_cast<unsigned char*>(&other), size, partner, ValueTag));
+    });
+  return other;
+}
+
+bool ControllerRanks::All(bool value)
+{
+  bool all = value;
+  this->ForPartners([&](int partner) {
+    if (partner != this->Rank())
     {
-      in = std::move(out);
+      all = this->Swap(static_cast<unsigned char>(value ? 1 : 0), partner) != 0 && all;
     }
-    else if (rank < partner)
+  });
+  return all;
+}
+
+void ControllerRanks::SwapMessages(const Message& out, Message& in, int partner) const
+{
+  const auto forPieces = [](std::size_t size, const auto& function) {
+    for (std::size_t at = 0; at < size; at += MaxPiece)
     {
-      this->Send(out, partner);
-      this->Receive(in, partner);
+      function(at, static_cast<vtkIdType>(std::min(MaxPiece, size - at)));
+    }
+  };
+  this->TakeTurns(
+    partner,
+    [&] {
+      forPieces(out.size(), [&](std::size_t at, vtkIdType size) {
+        Check(this->Controller->Send(out.data() + at, size, partner, DataTag));
+      });
+    },
+    [&] {
+      forPieces(in.size(), [&](std::size_t at, vtkIdType size) {
+        Check(this->Controller->Receive(in.data() + at, size, partner, DataTag));
+      });
+    });
+}
+
+/// Two partners send nothing if one of them has no memory for what it receives. All rounds take
+/// place, so that nobody waits.
+std::vector<Message> ControllerRanks::Exchange(std::vector<Message> messages)
+{
+  std::vector<Message> received;
+  bool hasMemory = HasMemory([&] { received.resize(messages.size()); });
+  this->ForPartners([&](int partner) {
+    Message& out = messages[static_cast<std::size_t>(partner)];
+    Message own; // what this rank receives
+    if (partner == this->Rank())
+    {
+      own = std::move(out);
     }
     else
     {
-      this->Receive(in, partner);
-      this->Send(out, partner);
+      const std::uint64_t size = this->Swap(std::uint64_t{ out.size() }, partner);
+      hasMemory = hasMemory && HasMemory([&] { own.resize(static_cast<std::size_t>(size)); });
+      const bool partnerHas = this->Swap(static_cast<unsigned char>(hasMemory), partner) != 0;
+      if (hasMemory && partnerHas)
+      {
+        this->SwapMessages(out, own, partner);
+      }
+      Message().swap(out);
     }
-    Message().swap(out);
+    if (hasMemory)
+    {
+      received[static_cast<std::size_t>(partner)] = std::move(own);
+    }
+  });
+  if (!this->All(hasMemory))
+  {
+    throw RanksLackMemory();
   }
   return received;
 }

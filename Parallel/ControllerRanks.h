@@ -22,10 +22,16 @@ public:
   int Size() const override;
   int Rank() const override;
   std::vector<Message> Exchange(std::vector<Message> messages) override;
+  bool All(bool value) override;
 
 private:
-  void Send(const Message& message, int to);
-  void Receive(Message& message, int from);
+  template <typename Function>
+  void ForPartners(Function&& function) const;
+  template <typename SendFunction, typename ReceiveFunction>
+  void TakeTurns(int partner, SendFunction&& send, ReceiveFunction&& receive) const;
+  template <typename T>
+  T Swap(const T& own, int partner) const;
+  void SwapMessages(const Message& out, Message& in, int partner) const;
 
   vtkMultiProcessController* Controller;
 };

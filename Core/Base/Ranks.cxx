@@ -10,16 +10,17 @@ namespace SurfelSplatting
 {
 std::vector<Message> Ranks::Share(const Message& message)
 {
-  return this->Exchange(std::vector<Message>(static_cast<std::size_t>(this->Size()), message));
+  std::vector<Message> messages;
+  this->DoOwn([&] { messages.assign(static_cast<std::size_t>(this->Size()), message); });
+  return this->Exchange(std::move(messages));
 }
 
 Message Ranks::FromRoot(const Message& message)
 {
-  std::vector<Message> messages(static_cast<std::size_t>(this->Size()));
-  if (this->IsRoot())
-  {
-    std::fill(messages.begin(), messages.end(), message);
-  }
+  std::vector<Message> messages;
+  this->DoOwn([&] {
+    messages.assign(static_cast<std::size_t>(this->Size()), this->IsRoot() ? message : Message());
+  });
   return this->Exchange(std::move(messages))[0];
 }
 
@@ -33,13 +34,6 @@ std::vector<Message> Ranks::ToRoot(Message message)
     messages.clear();
   }
   return messages;
-}
-
-bool Ranks::All(bool value)
-{
-  const std::vector<Message> messages =
-    this->Share(Message(1, static_cast<unsigned char>(value ? 1 : 0)));
-  return std::all_of(messages.begin(), messages.end(), [](const Message& m) { return m[0] != 0; });
 }
 
 double Ranks::Largest(double value)

@@ -33,7 +33,11 @@ public:
   virtual int Rank() const = 0;
 
   /// Sends message r to rank r, and returns the messages received: [sender].
+  /// @throw RanksLackMemory
   virtual std::vector<Message> Exchange(std::vector<Message> messages) = 0;
+
+  /// Whether the value is true on all ranks. Needs no memory, so that a lack of it can be told.
+  virtual bool All(bool value) = 0;
 
   bool IsRoot() const { return this->Rank() == 0; }
 
@@ -46,7 +50,6 @@ public:
   /// Returns the messages of all ranks on rank 0, and nothing on the others.
   std::vector<Message> ToRoot(Message message);
 
-  bool All(bool value);
   bool Any(bool value) { return !this->All(!value); }
   double Largest(double value);
 

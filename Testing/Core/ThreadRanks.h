@@ -6,6 +6,7 @@
 
 #include "Core/Base/Ranks.h"
 
+#include <algorithm>
 #include <condition_variable>
 #include <functional>
 #include <mutex>
@@ -41,6 +42,7 @@ private:
   {
     explicit Board(int size)
       : Messages(static_cast<std::size_t>(size))
+      , Values(static_cast<std::size_t>(size))
     {
     }
 
@@ -59,6 +61,7 @@ private:
     }
 
     std::vector<std::vector<Message>> Messages; ///< [sender][receiver]
+    std::vector<unsigned char> Values;          ///< [rank] of All
     std::mutex Mutex;
     std::condition_variable Changed;
     std::size_t Arrived = 0, Round = 0;
@@ -86,6 +89,16 @@ private:
       }
       this->Shared.Wait();
       return received;
+    }
+
+    bool All(bool value) override
+    {
+      std::vector<unsigned char>& values = this->Shared.Values;
+      values[static_cast<std::size_t>(this->Number)] = value ? 1 : 0;
+      this->Shared.Wait();
+      const bool all = std::count(values.begin(), values.end(), 0) == 0;
+      this->Shared.Wait();
+      return all;
     }
 
   private:
