@@ -100,6 +100,27 @@ class TestRender(unittest.TestCase):
         self.assertEqual([call.kwargs["hierarchy"] for call in made.call_args_list],
                          [False, True, False])
 
+    def test_scalars(self):
+        """They have the colours of the map between the limits, with and without level of detail."""
+        height = self.points[:, 1].copy()
+        height[0] = NAN
+        for lens in (None, 10):
+            by_map = self.picture(scalars=height, cmap="gray", clim=(-1, 1), lighting=False, lens=lens,
+                                  background=(0, 0, 0))
+            middle = by_map[:, 120].astype(int)
+            seen = middle[middle.any(axis=1)]
+            np.testing.assert_allclose(seen.max(axis=1), seen.min(axis=1), atol=1)  # grey
+            self.assertGreater(seen[5:30].mean(), seen[-30:-5].mean() + 100)
+        spread = self.picture(scalars=3 * height + 7, cmap="gray", lighting=False)
+        same = self.picture(scalars=height, cmap="gray", lighting=False)
+        self.assertLess(np.abs(spread.astype(int) - same).max(), 3)
+        for options, text in (({"scalars": height[1:]}, "for each of the 20000"),
+                              ({"scalars": height, "colors": self.stripes}, "both scalars and colors"),
+                              ({"scalars": height, "clim": (1, 1)}, "two numbers that differ"),
+                              ({"scalars": height, "cmap": "virids"}, "colour map 'virids'")):
+            with self.subTest(text), self.assertRaisesRegex(ValueError, text):
+                self.picture(**options)
+
     def test_focus_on_a_pixel(self):
         """Pixels count from below: the lower half is near."""
         points = self.points * [1, 1, 0]

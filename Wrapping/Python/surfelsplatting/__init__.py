@@ -28,7 +28,7 @@ Files
     vtkSurfelEXRWriter, vtkDeepEXRWriter, vtkSurfelEXRReader    OpenEXR, flat and deep
     write_png                       8-bit PNG of a float picture
 Arrays of numpy to pictures
-    render                          points, and perhaps colours and normals, to an array of pixels
+    render                          points, perhaps with colours, scalars or normals, to an array of pixels
     Camera, Lens                    what render() sees them through
 PyVista finds dataset.surfels, plotter.surfels and the readers of .pcd and other files by itself.
 

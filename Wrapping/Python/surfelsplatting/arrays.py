@@ -15,6 +15,7 @@ import numpy as np
 from .backend import vtk
 from .views.cameras import View, check_view
 from .clouds.reading import Cloud
+from .colormaps import color_by, range_of
 from .views.digits import warn_of_steps
 from .views.focus import focused_on_front
 from .views.framing import complete_view
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
 LARGEST_SIDE = 65536  # px
+SCALARS = "Scalars"  # the array of those of render()
 
 
 @dataclass(frozen=True)
@@ -72,6 +74,8 @@ class Camera:
 
 
 def render(points: ArrayLike, *, colors: ArrayLike | None = None, normals: ArrayLike | None = None,
+           scalars: ArrayLike | None = None, cmap: str = "viridis",
+           clim: Sequence[float] | None = None,
            camera: Camera | Sequence[Sequence[float]] | None = None,
            lens: Lens | float | None = None, size: tuple[int, int] = (800, 600),
            background: Sequence[float] | None = BACKDROP, lighting: bool | None = None,
@@ -92,6 +96,17 @@ def render(points: ArrayLike, *, colors: ArrayLike | None = None, normals: Array
 
     normals : array_like[float], optional
         Outward normals, of shape ``(n, 3)``. Without them they are estimated.
+
+    scalars : array_like[float], optional
+        A number for each point, such as its height or intensity, that colors it instead of ``colors``.
+
+    cmap : str, default: 'viridis'
+        Color map of the scalars: viridis, plasma, inferno, magma, cividis, turbo, coolwarm, gray, or one
+        of matplotlib if that is installed.
+
+    clim : sequence[float], optional
+        The scalars that get the first and the last color. By default they are the smallest and the
+        largest.
 
     camera : surfelsplatting.Camera | sequence[sequence[float]], optional
         The camera; or its position, focal point and view-up, as in PyVista. Without it, the whole
@@ -138,7 +153,11 @@ def render(points: ArrayLike, *, colors: ArrayLike | None = None, normals: Array
     >>> float((picture[..., 3] > 127).mean().round(1))
     0.4
 
-    The same through a lens that is focused on a point.
+    By height.
+
+    >>> picture = surfelsplatting.render(points, scalars=points[:, 2], cmap='magma', size=(300, 200))
+
+    Through a lens that is focused on a point.
 
     >>> lens = surfelsplatting.Lens(coc=20, focus=(0, 0, 1))
     >>> picture = surfelsplatting.render(points, camera=[(0, 0, 6), (0, 0, 0), (0, 1, 0)],
@@ -154,15 +173,16 @@ def render(points: ArrayLike, *, colors: ArrayLike | None = None, normals: Array
     lens = _as_lens(lens)
     asked = _as_view(camera, checked_size(size, "size"))
     cloud = _as_polydata(points, colors, normals)
+    limits = _add_scalars(cloud, scalars, colors, clim)
     has_lens = bool(lens.coc or lens.diameter)
     surfels = make_surfels(cloud, **{"hierarchy": needs_hierarchy(cloud, has_lens), **estimation})
     warn_of_steps(cloud, surfels)
     try:
         check_view(asked)
         view = complete_view(asked, Cloud(cloud), surfels)
+        renderer = renderer_of(surfels, view, colors is not None, lighting, limits and (cmap, limits))
     except UserProblem as problem:
         raise ValueError(str(problem)) from None
-    renderer = renderer_of(surfels, view, colors is not None, lighting)
     if lens.focus is None and has_lens:
         view = focused_on_front(asked, view, renderer, lambda _: update(renderer, "rendering"))
         renderer.GetCamera().SetFocalDistance(view.focal_distance)
@@ -258,12 +278,36 @@ def _as_polydata(points, colors, normals):
     return cloud
 
 
-def renderer_of(surfels, view, has_colors, lighting):
-    """A vtkSurfelImageRenderer of surfels without a lens, seen in a complete view."""
+def _add_scalars(cloud, scalars, colors, limits):
+    """Adds the scalars to the points. -> their limits, or None without scalars"""
+    if scalars is None:
+        return None
+    if colors is not None:
+        raise ValueError("there are both scalars and colors; give one of them")
+    values = np.asarray(scalars)
+    count = cloud.GetNumberOfPoints()
+    if values.dtype.kind not in "biuf" or values.shape != (count,):
+        raise ValueError(f"scalars have the type {values.dtype} and the shape {values.shape}; give one "
+                         f"number for each of the {count} points")
+    cloud.GetPointData().AddArray(named_array(SCALARS, values.astype(np.float64)))
+    if limits is None:
+        return range_of(cloud, SCALARS)
+    if len(limits) != 2 or limits[0] == limits[1] or not np.isfinite(limits).all():
+        raise ValueError(f"clim is {limits!r}; it must be two numbers that differ")
+    return tuple(limits)
+
+
+def renderer_of(surfels, view, has_colors, lighting, colormap=None):
+    """A vtkSurfelImageRenderer of surfels without a lens, seen in a complete view.
+
+    colormap: its name and limits, if the array SCALARS colours the surfels
+    """
     mapper = vtkSurfelMapper()
     mapper.SetInputData(surfels)
     mapper.SetScalarVisibility(has_colors)
     mapper.SetColorModeToDirectScalars()
+    if colormap:
+        color_by(mapper, SCALARS, *colormap)
     actor = vtk("vtkRenderingCore").vtkActor()
     actor.SetMapper(mapper)
     actor.GetProperty().SetColor(LIGHT_GREY)
