@@ -14,8 +14,8 @@ points.SetUResolution(300); points.SetVResolution(300); points.SetScalarModeToZ(
 surfels = vtkPointsToSurfels(); surfels.SetInputConnection(points.GetOutputPort())
 mapper = vtkSurfelMapper(); mapper.SetInputConnection(surfels.GetOutputPort()); mapper.SetScalarRange(0, 7)
 actor = vtkActor(); actor.SetMapper(mapper)
-camera = vtkCamera(); camera.SetPosition(7, -27, 20); camera.SetFocalPoint(0, 8, 3); camera.SetViewUp(0, 0, 1)
-camera.SetFocalDisk(2); camera.SetFocalDistance(30)  # diameter of the lens; distance in focus
+camera = vtkCamera(); camera.SetPosition(9, -34, 23); camera.SetFocalPoint(0, 1, 5); camera.SetViewUp(0, 0, 1)
+camera.SetFocalDisk(3); camera.SetFocalDistance(34)  # diameter of the lens; distance in focus
 picture = vtkSurfelImageRenderer(); picture.AddActor(actor); picture.SetCamera(camera)
 write_png(picture, "hills.png")
 

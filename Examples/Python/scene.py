@@ -74,6 +74,7 @@ def main(cloud=None, picture="scene.png"):
     axes.SetTotalLength(0.8 * size, 0.8 * size, 0.8 * size)
     text = vtkTextActor()
     text.SetInput("surfels, a mesh, axes and text")
+    text.SetPosition(10, 10)
     text.GetTextProperty().SetFontSize(24)
 
     renderer = vtkRenderer()
