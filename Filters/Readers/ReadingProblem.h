@@ -4,6 +4,8 @@
  */
 #pragma once
 
+#include "vtkErrorCode.h"
+
 #include <exception>
 #include <new>
 #include <string>
@@ -30,23 +32,36 @@ inline std::string Printable(const std::string& message)
   return text;
 }
 
-/// Calls read(). Returns an empty string, or what is wrong: the exception that it has thrown.
+struct ReadingProblem
+{
+  unsigned long Code = vtkErrorCode::NoError;
+  std::string Text;
+};
+
+/// Calls read(). Returns what is wrong: there is no name, or read() has thrown an exception.
 /// @param contents what the file has, in the plural
 template <typename Function>
-std::string ReadingProblem(const std::string& contents, const Function& read)
+ReadingProblem FindReadingProblem(
+  const char* fileName, const std::string& contents, const Function& read)
 {
+  if (!fileName)
+  {
+    return { vtkErrorCode::NoFileNameError, "No file to read: call SetFileName first." };
+  }
+  std::string text;
   try
   {
     read();
-    return std::string();
+    return {};
   }
   catch (const std::bad_alloc&)
   {
-    return "the " + contents + " do not fit into memory: reduce their number first.";
+    text = "the " + contents + " do not fit into memory: reduce their number first.";
   }
   catch (const std::exception& found)
   {
-    return Printable(found.what());
+    text = Printable(found.what());
   }
+  return { vtkErrorCode::FileFormatError, fileName + (": " + text) };
 }
 }

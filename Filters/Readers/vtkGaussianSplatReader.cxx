@@ -65,21 +65,15 @@ int vtkGaussianSplatReader::RequestData(
   vtkPolyData* output = vtkPolyData::GetData(outputVector, 0);
   this->NumberOfInvalidGaussians = 0;
   this->Antialiased = false;
-  this->SetErrorCode(vtkErrorCode::NoError);
-  if (!this->FileName)
-  {
-    this->SetErrorCode(vtkErrorCode::NoFileNameError);
-    vtkErrorMacro("No file to read: call SetFileName first.");
-    return 0;
-  }
-  const std::string problem = PointCloud::ReadingProblem("Gaussians", [&] { this->Read(output); });
-  if (problem.empty())
+  const PointCloud::ReadingProblem problem =
+    PointCloud::FindReadingProblem(this->FileName, "Gaussians", [&] { this->Read(output); });
+  this->SetErrorCode(problem.Code);
+  if (problem.Code == vtkErrorCode::NoError)
   {
     return 1;
   }
   output->Initialize();
-  this->SetErrorCode(vtkErrorCode::FileFormatError);
-  vtkErrorMacro(<< this->FileName << ": " << problem);
+  vtkErrorMacro(<< problem.Text);
   return 0;
 }
 

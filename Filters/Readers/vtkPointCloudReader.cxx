@@ -89,21 +89,15 @@ int vtkPointCloudReader::RequestData(
   std::fill_n(this->Viewpoint, 3, 0.0);
   std::fill_n(this->Dimensions, 2, 0);
   this->HasViewpoint = false;
-  this->SetErrorCode(vtkErrorCode::NoError);
-  if (!this->FileName)
-  {
-    this->SetErrorCode(vtkErrorCode::NoFileNameError);
-    vtkErrorMacro("No file to read: call SetFileName first.");
-    return 0;
-  }
-  const std::string problem = PointCloud::ReadingProblem("points", [&] { this->Read(output); });
-  if (problem.empty())
+  const PointCloud::ReadingProblem problem =
+    PointCloud::FindReadingProblem(this->FileName, "points", [&] { this->Read(output); });
+  this->SetErrorCode(problem.Code);
+  if (problem.Code == vtkErrorCode::NoError)
   {
     return 1;
   }
   output->Initialize();
-  this->SetErrorCode(vtkErrorCode::FileFormatError);
-  vtkErrorMacro(<< this->FileName << ": " << problem);
+  vtkErrorMacro(<< problem.Text);
   return 0;
 }
 
