@@ -27,7 +27,7 @@ def estimations():
     for number in filter(str.isdigit, os.listdir("/proc")):
         try:
             with open(f"/proc/{number}/cmdline", "rb") as file:
-                if (b"surfelsplatting.commandline.estimate" in file.read()
+                if (b"surfelsplatting.commandline.estimationprocess" in file.read()
                         and os.path.samefile(f"/proc/{number}/cwd", os.curdir)):
                     found.append(int(number))
         except OSError:

@@ -13,7 +13,7 @@ from .scene import backdrop_of, make_actor, set_splatter
 from .session import RENDER, Session
 
 SIZE = (1280, 800)
-ESTIMATE = __package__ + ".estimate"
+ESTIMATE = __package__ + ".estimationprocess"
 
 
 class Look:

@@ -12,8 +12,8 @@ from ..clouds.several import read_clouds
 from ..clouds.stations import TO_SCANNER
 from ..clouds.thinning import may_be_thinned, one_of
 from ..colormaps import check_scalars, with_scalars
-from ..outward import turn_outward
 from ..views.digits import why_stepped
+from ..views.outward import turn_outward
 from ..views.sensor import keep_sensor
 from ..vtkmessages import VtkMessages
 from .effects import mixes_as_stored, without_effect_on

@@ -12,7 +12,7 @@ import weakref
 import numpy as np
 import pyvista as pv
 
-from ..arrays import point_rows
+from ..arraypoints import point_rows
 from ..backend import vtk
 from ..lens import Lens, focus_on_point
 from ..lighting import are_photographs

@@ -7,9 +7,9 @@ import pyvista as pv
 from ..backend import vtk
 from ..clouds.reading import Cloud, cloud_of
 from ..clouds.stations import TO_SCANNER
-from ..outward import turn_outward
 from ..surfels import MODEL, in_the_world, make_surfels, scan
 from ..views.digits import warn_of_steps
+from ..views.outward import turn_outward
 from ..views.sensor import keep_sensor
 
 

@@ -2,7 +2,7 @@
 """Surfels of a file, estimated by another process while this one draws.
 
 Python's lock is held while a VTK filter runs, so that a thread would stop the window. The other
-process (commandline/estimate.py) writes its progress to its standard output, and the surfels to a
+process (commandline/estimationprocess.py) writes its progress to its standard output, and the surfels to a
 file in memory that has no name: nothing is left when either process is killed. It ends at its next
 line if nobody reads on.
 """

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..problems import UserProblem
 from .cameras import are_parallel
-from .scenes import scene_view
+from .surroundings import scene_view
 from .trained import cameras_file, cameras_in, is_trained, load_json, pivot_of
 from .turning import front_of, unit
 from .up import Up

@@ -10,13 +10,13 @@ from itertools import product
 
 import numpy as np
 
-from .backend import vtk
-from .clouds.parts import parts_of_points
-from .clouds.polydata import polydata_of
-from .surfels import note_sheet
-from .views.rooms import FLAT, HEIGHTS, LEAST, UPRIGHT, profile_of
-from .views.surfaces import Surface
-from .vtkarrays import named_array, to_numpy
+from ..backend import vtk
+from ..clouds.parts import parts_of_points
+from ..clouds.polydata import polydata_of
+from ..surfels import note_sheet
+from ..vtkarrays import named_array, to_numpy
+from .rooms import FLAT, HEIGHTS, LEAST, UPRIGHT, profile_of
+from .surfaces import Surface
 
 # Axes, diagonals of faces and of the cube: a look along each, from both ends.
 LINES = np.array([line for line in product((-1, 0, 1), repeat=3) if line > (0, 0, 0)], float)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The process that estimates surfels for view and web: viewer/estimation.py starts it.
 
-    python -m surfelsplatting.commandline.estimate FILE_DESCRIPTOR < ARGUMENTS.json
+    python -m surfelsplatting.commandline.estimationprocess FILE_DESCRIPTOR < ARGUMENTS.json
 """
 
 import argparse

@@ -12,7 +12,7 @@ from surfelsplatting.vtkarrays import named_array
 from surfelsplatting.clouds.reading import Cloud
 from surfelsplatting.views.cameras import View
 from surfelsplatting.views.framing import Samples, complete_view, home_in
-from surfelsplatting.views.scenes import scene_view
+from surfelsplatting.views.surroundings import scene_view
 from toolcase import ToolCase, sphere
 
 # Turns about x, degrees: z is up, or -y as in the axes of COLMAP, or the camera was tilted.
