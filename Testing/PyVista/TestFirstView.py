@@ -70,6 +70,13 @@ class TestFirstView(PlotterCase):
         self.assertGreater((self.picture(pl)[..., 1] > 60).sum(), 50)
         np.testing.assert_array_equal(pl.camera.position, (0, 0, 0))
 
+    def test_meshes_in_the_picture_are_whole(self):
+        """The camera's clipping range is that of the wall before the ball is added."""
+        pl = self.fresh()
+        pl.surfels.add(self.wall)
+        pl.add_mesh(pv.Sphere(radius=0.2, center=(0, 0, 2)), color="lime")
+        self.assertGreater(self.picture(pl)[90, 120, 1], 60)
+
     def test_meshes_outside_are_shown_too(self):
         for is_first in (False, True):
             pl = self.fresh()

@@ -24,11 +24,14 @@ class FirstView:
         self._placed = _place_of(renderer.camera)
 
     def show_others(self, renderer):
-        """Moves back, in the same direction, if other props are outside of the picture. What was added
-        after the camera was set would not be seen."""
-        if _place_of(renderer.camera) == self._placed and not all(
-                _is_in_picture(renderer, actor.GetBounds()) for actor in renderer.actors.values()
-                if actor is not self._actor and actor.GetVisibility() and actor.GetUseBounds()):
+        """Moves back, in the same direction, if other props are outside of the picture, and clips none.
+        What was added after the camera was set would not be seen."""
+        if _place_of(renderer.camera) != self._placed:
+            return
+        if all(_is_in_picture(renderer, actor.GetBounds()) for actor in renderer.actors.values()
+               if actor is not self._actor and actor.GetVisibility() and actor.GetUseBounds()):
+            renderer.ResetCameraClippingRange()
+        else:
             renderer.reset_camera(render=False)
 
 
