@@ -13,7 +13,7 @@ from plottercase import SOURCE, PlotterCase
 from TestAccessor import write_pcd
 
 with open(os.path.join(SOURCE, "Documentation", "PyVista.md"), encoding="utf-8") as page:
-    SCENE, WIDGET, ARRAYS = re.findall(r"```python\n(.*?)```", page.read(), re.S)
+    SCENE, CLICK, WIDGET, ARRAYS = re.findall(r"```python\n(.*?)```", page.read(), re.S)
 
 
 class TestPage(PlotterCase):
@@ -27,6 +27,14 @@ class TestPage(PlotterCase):
         write_pcd("scan.pcd")
         names = {}
         exec(compile(SCENE, "PyVista.md", "exec"), names)
+        exec(compile(CLICK, "PyVista.md", "exec"), names)
+        pl = names["pl"]
+        pl.show(auto_close=False)
+        middle = [side // 2 for side in pl.window_size]
+        pl.iren._mouse_left_button_press(*middle)
+        pl.iren._mouse_left_button_release(*middle)
+        focus = pl.surfels.splatter.GetFocusPoint()  # on the ball
+        self.assertAlmostEqual(np.linalg.norm(np.subtract(focus, names["scan"].center)), 0.2, delta=0.01)
         exec(compile(WIDGET, "PyVista.md", "exec"), names)
         self.assertIn("half", names["pl"].actors)
         names["pl"].close()
