@@ -283,6 +283,14 @@ class TestMissingPackages(ToolCase):
                         mock.patch.object(sys, "prefix", prefix):
                     self.assertIn(says, "It needs pye57: " + how_to_install("'pye57'"))
 
+    def test_what_to_call_then(self):
+        """The same command by the environment's Python."""
+        with mock.patch("os.path.exists", return_value=True), \
+                mock.patch.object(sys, "prefix", sys.base_prefix), \
+                mock.patch.object(sys, "argv", ["bin/surfelsplat", "info", "a scan.e57"]):
+            says = how_to_install("'pye57'")
+        self.assertTrue(says.endswith("~/surfelenv/bin/python bin/surfelsplat info 'a scan.e57'"), says)
+
     @unittest.skipIf(sys.prefix != sys.base_prefix, "runs in an environment already")
     def test_environment_beside_the_system(self):
         with mock.patch("os.path.exists", return_value=True):

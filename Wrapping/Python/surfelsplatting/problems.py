@@ -18,13 +18,14 @@ def no_points(path):
 def how_to_install(packages):
     """The command that installs packages of pip, for messages. Where the system's packages are left to
     its own installer, as on Debian, pip needs an environment."""
-    import sysconfig  # takes 3 ms, and only errors need it
+    import shlex  # with sysconfig takes 3 ms, and only errors need it
+    import sysconfig
 
     is_managed = os.path.exists(os.path.join(sysconfig.get_path("stdlib"), "EXTERNALLY-MANAGED"))
     if sys.prefix != sys.base_prefix or not is_managed:
         return f"pip install {packages}"
     return (f"{sys.executable} -m venv --system-site-packages ~/surfelenv && ~/surfelenv/bin/pip "
-            f"install {packages}, and then ~/surfelenv/bin/python {sys.argv[0]}")
+            f"install {packages}, and then ~/surfelenv/bin/python {shlex.join(sys.argv)}")
 
 
 def check_names(names, known, call, otherwise, elsewhere=()):
