@@ -105,6 +105,23 @@ class TestPictures(ToolCase):
             self.assertEqual(png.shape, (48, 64, 3))
             np.testing.assert_allclose(png, 255 * expected, atol=0.51)
 
+    def test_transparent_png(self):
+        """Over any background it is the picture before that, also of light."""
+        for options in ([], ["--linear-light"]):
+            exr = self.picture(*CAMERA, *SMALL, "--unlit", *options)
+            self.render("ball.ply", *CAMERA, *SMALL, "--unlit", *options, "--transparent", "-o", "out.png")
+            png = self.read_png("out.png") / 255
+            self.assertEqual(png.shape, (48, 64, 4))
+            np.testing.assert_allclose(png[..., 3], exr[..., 3], atol=0.002)
+            colors = png[..., :3]
+            if options:
+                colors = np.where(colors <= 0.04045, colors / 12.92, ((colors + 0.055) / 1.055) ** 2.4)
+            np.testing.assert_allclose(colors * png[..., 3:], exr[..., :3], atol=0.01)
+            self.assertEqual(len(np.unique(png[0, 0])), 1)  # nothing
+        for words, says in ((["-o", "out.exr"], "--transparent needs an OUT.png"),
+                            (["-o", "out.png", "--background", "white"], "--transparent and --background")):
+            self.refuse("render", "ball.ply", "--transparent", *words, says=says)
+
     def test_linear_light(self):
         words = (*CAMERA, *SMALL, "--unlit", "--background", 0.5, 0.2, 0)
         codes, light = self.picture(*words), self.picture(*words, "--linear-light")

@@ -23,8 +23,8 @@ from .views.vtkcamera import make_camera
 from .problems import UserProblem, check_names
 from .lens import Lens, focus_on_point
 from .lighting import BACKDROP, LIGHT_GREY, needs_light, set_lights
+from .pictures import rgb_bytes, straight_bytes
 from .surfels import finite_triple, make_surfels, needs_hierarchy, number_in, update
-from .vtkarrays import to_numpy
 from .vtkSurfelRendering import vtkSurfelImageRenderer, vtkSurfelMapper
 
 if TYPE_CHECKING:
@@ -191,7 +191,10 @@ def render(points: ArrayLike, *, colors: ArrayLike | None = None, normals: Array
         renderer.SetBackgroundAlpha(1.0)
     _set_lens(renderer, lens)
     update(renderer, "rendering")
-    return _as_array(renderer.GetOutput(), background is None)
+    picture = renderer.GetOutput()
+    if background is None:
+        return straight_bytes(picture)
+    return np.ascontiguousarray(rgb_bytes(picture).reshape(*asked.size[::-1], 3)[::-1])
 
 
 def _as_lens(lens):
@@ -270,15 +273,3 @@ def _distance_at(renderer, pixel):
         raise ValueError(f"the pixel {pixel} sees nothing, so the lens cannot focus on it; choose "
                          "a pixel that shows a surface, or give a point (x, y, z)")
     return distance
-
-
-def _as_array(picture, has_alpha):
-    width, height, _ = picture.GetDimensions()
-    values = to_numpy(picture.GetPointData().GetScalars())
-    values = values.reshape(height, width, 4)[::-1]
-    if has_alpha:
-        alpha = values[..., 3:]
-        values = np.concatenate([values[..., :3] / np.maximum(alpha, 1e-6), alpha], axis=2)
-    else:
-        values = values[..., :3]
-    return np.clip(values * 255 + 0.5, 0, 255).astype(np.uint8)

@@ -40,6 +40,16 @@ def rgb_bytes(picture, linear_light=False):
     return _rgb_of(_colors_of(picture), linear_light)
 
 
+def straight_bytes(picture, linear_light=False):
+    """[height, width, 4] bytes of the pixels, the top row first, with straight alpha; see png_bytes."""
+    width, height, _ = picture.GetDimensions()
+    values = _colors_of(picture).reshape(height, width, 4)[::-1]
+    alpha = values[..., 3:]
+    colors = values[..., :3] / np.maximum(alpha, 1e-6)
+    values = np.concatenate([to_srgb(colors) if linear_light else colors, alpha], axis=2)
+    return np.clip(values * 255 + 0.5, 0, 255).astype(np.uint8)
+
+
 def _chunk(name, content):
     checksum = zlib.crc32(content, zlib.crc32(name))
     return struct.pack(">I", len(content)) + name + content + struct.pack(">I", checksum)
@@ -87,7 +97,7 @@ def png_bytes(picture, linear_light=False):
                      _chunk(b"IDAT", struct.pack(">I", checksum)), _chunk(b"IEND", b"")))
 
 
-def _png_of_array(picture):
+def png_of_array(picture):
     """The contents of a PNG file of an array of bytes, [height, width, 3 or 4] with the top row first, as
     `render` makes it."""
     array = np.asarray(picture)
@@ -118,7 +128,7 @@ def write_png(picture, path, linear_light=False):
     if not isinstance(path, (str, os.PathLike)):
         raise TypeError(f"path is {path!r}; give the name of a file")
     if not hasattr(picture, "IsA"):
-        content = _png_of_array(picture)
+        content = png_of_array(picture)
     else:
         if not picture.IsA("vtkDataObject"):
             update(picture, "rendering")

@@ -8,7 +8,7 @@ import tempfile
 from contextlib import contextmanager, nullcontext
 
 from ..backend import vtk
-from ..pictures import png_bytes
+from ..pictures import png_bytes, png_of_array, straight_bytes
 from ..problems import UserProblem
 from ..views.cameras import view_values
 from ..vtkmessages import errors_of
@@ -82,8 +82,9 @@ def whole_file(path):
             os.remove(temporary)
 
 
-def _write_png(picture, path, linear_light, messages):
-    content = png_bytes(picture, linear_light)
+def _write_png(picture, path, linear_light, messages, transparent):
+    content = (png_of_array(straight_bytes(picture, linear_light)) if transparent
+               else png_bytes(picture, linear_light))
     messages.check()
     with whole_file(path) as temporary, open(temporary, "wb") as file:
         file.write(content)
@@ -105,14 +106,15 @@ def _write_exr(picture, path, deep, messages):
     _write(writer, picture, path, messages)
 
 
-def write_picture(picture, path, deep, linear_light, messages):
+def write_picture(picture, path, deep, linear_light, messages, transparent=False):
     """deep: whether an .exr file keeps the layers.
     linear_light: whether the picture is linear light; a .png file is then converted to sRGB.
+    transparent: whether a .png file has the picture's alpha.
     """
     if path.lower().endswith(".exr"):
         _write_exr(picture, path, deep, messages)
     else:
-        _write_png(picture, path, linear_light, messages)
+        _write_png(picture, path, linear_light, messages, transparent)
 
 
 def write_hierarchy(hierarchy, path, messages):

@@ -67,7 +67,7 @@ def _place(view, cloud, surfels, samples, session):
 
 def _picture_port(arguments):
     """The output of the renderer that is written: 0 has floats, 1 bytes."""
-    return 0 if arguments.output.lower().endswith(".exr") else 1
+    return 0 if arguments.transparent or arguments.output.lower().endswith(".exr") else 1
 
 
 def _render_frames(renderer, count, session):
@@ -82,7 +82,7 @@ def _render_frames(renderer, count, session):
 def _write_outputs(renderer, surfels, drawn, arguments, session):
     with session.run.stage("write"):
         write_picture(renderer.GetOutput(_picture_port(arguments)), arguments.output, arguments.deep,
-                      arguments.linear_light, session.messages)
+                      arguments.linear_light, session.messages, arguments.transparent)
         if arguments.surfels:
             write_surfels(surfels, arguments.surfels, session.messages)
         if arguments.hierarchy:

@@ -40,7 +40,8 @@ def backdrop_of(arguments):
 
 
 def _set_background(renderer, arguments):
-    if arguments.background or arguments.output.lower().endswith(".png"):
+    is_picture = arguments.output.lower().endswith(".png") and not getattr(arguments, "transparent", False)
+    if arguments.background or is_picture:
         renderer.SetBackground(backdrop_of(arguments))
         renderer.SetBackgroundAlpha(1.0)
 

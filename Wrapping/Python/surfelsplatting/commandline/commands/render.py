@@ -69,6 +69,9 @@ def add_parser(commands):
     render.add_argument("-o", "--output", metavar="OUT",
                         help="OUT.png or OUT.exr (default: of scan.ply, scan.ply.png in the current "
                              "folder)")
+    render.add_argument("--transparent", action="store_true",
+                        help="write OUT.png without background, with an alpha channel; .exr files "
+                             "have one in any case")
     render.add_argument("--deep", action="store_true",
                         help="write the layers to OUT.exr: deep scan lines with R, G, B, A and Z "
                              "of each sample, of volumes also ZBack, nearest first, without "
@@ -106,6 +109,9 @@ def check(arguments):
     for option, is_given in (("--deep", arguments.deep), ("--channels", arguments.channels)):
         if is_given and not arguments.output.lower().endswith(".exr"):
             raise UserProblem(f"{option} needs an OUT.exr, not {arguments.output}")
+    if arguments.transparent and not arguments.output.lower().endswith(".png"):
+        raise UserProblem(f"--transparent needs an OUT.png, not {arguments.output}")
+    refuse_together(("--transparent", arguments.transparent), ("--background", arguments.background))
     for option, is_given in (("--channels", arguments.channels),
                              ("--background", arguments.background)):
         refuse_together(("--deep", arguments.deep), (option, is_given))
