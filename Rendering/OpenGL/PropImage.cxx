@@ -217,14 +217,26 @@ bool PropImage::Read(const PassFrame& frame, Ranks* ranks, vtkRenderPass* delega
   {
     return true; // there are none but rank 0's
   }
-  const bool isRead = !(hasProps || ranks->IsRoot()) || IfMemorySuffices(read);
-  if (ranks->All(isRead))
+  Message pixels; // for rank 0
+  const bool isRead = !(hasProps || ranks->IsRoot()) || IfMemorySuffices([&] {
+    if (!read())
+    {
+      return false;
+    }
+    pixels = ranks->IsRoot() ? Message() : this->PackPixels();
+    return true;
+  });
+  if (!ranks->All(isRead))
   {
-    this->Gather(*ranks, hasProps, frame.Range);
-    this->Gathered = true;
-    this->HasImage = this->IsBlurred() && ranks->IsRoot();
+    return isRead;
   }
-  return isRead;
+  // An exchange fails on all ranks or on none.
+  this->Gathered = IfMemorySuffices([&] {
+    this->Gather(*ranks, std::move(pixels), hasProps, frame.Range);
+    return true;
+  });
+  this->HasImage = this->Gathered && this->IsBlurred() && ranks->IsRoot();
+  return this->Gathered;
 }
 
 bool PropImage::ReadImage(const PassFrame& frame, bool shares, vtkRenderPass* delegate)
@@ -425,19 +437,15 @@ void PropImage::AddPixels(const Message& pixels)
 }
 
 /// Collective. Gathers the images of all ranks, the nearest prop of each pixel, on rank 0.
+/// @param own      of PackPixels
 /// @param hasProps whether this rank has anything to add
-void PropImage::Gather(Ranks& ranks, bool hasProps, const DepthRange& range)
+void PropImage::Gather(Ranks& ranks, Message own, bool hasProps, const DepthRange& range)
 {
-  Message message;
-  if (hasProps && !ranks.IsRoot())
-  {
-    message = this->PackPixels();
-  }
   if (!hasProps && !ranks.IsRoot())
   {
     this->Color.clear();
   }
-  for (const Message& pixels : ranks.ToRoot(std::move(message)))
+  for (const Message& pixels : ranks.ToRoot(std::move(own)))
   {
     this->AddPixels(pixels);
   }

@@ -136,7 +136,7 @@ private:
   {
     return &this->Background[this->IsPlain ? 0 : 4 * p];
   }
-  void Gather(Ranks& ranks, bool hasProps, const DepthRange& range);
+  void Gather(Ranks& ranks, Message own, bool hasProps, const DepthRange& range);
   Message PackPixels() const;
   void AddPixels(const Message& pixels);
   const float* ColorUnder(const DepthImageSurfels::Pixel& pixel) const;
