@@ -67,8 +67,8 @@ public:
 
   ///@{
   /**
-   * Whether stray points are removed, and mixed pixels of laser scanners where points know their
-   * scanner (point array ToScanner). Default on.
+   * Whether stray points are removed, halos of photogrammetry, and mixed pixels of laser scanners
+   * where points know their scanner (point array ToScanner). Default on.
    */
   vtkSetMacro(RemoveStrayPoints, vtkTypeBool);
   vtkGetMacro(RemoveStrayPoints, vtkTypeBool);

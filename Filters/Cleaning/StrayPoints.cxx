@@ -2,7 +2,7 @@
 #include "Filters/Cleaning/StrayPoints.h"
 
 #include "Filters/Cleaning/CleaningProblem.h"
-#include "Filters/Cleaning/MixedPixels.h"
+#include "Filters/Cleaning/HangingPoints.h"
 #include "Filters/Cleaning/PointSpread.h"
 #include "Filters/Common/Median.h"
 #include "Filters/Common/NeighborSearch.h"
@@ -347,11 +347,11 @@ public:
     });
   }
 
-  /// Adds mixed pixels.
-  bool FindMixed(
-    vtkDataArray* toScanner, const StageProgress& progress, std::vector<unsigned char>& stray) const
+  /// Adds halos and mixed pixels. Collective; returns false if stopped.
+  bool FindHanging(bool running, vtkDataArray* toScanner, const StageProgress& progress,
+    std::vector<unsigned char>& stray) const
   {
-    return FindMixedPixels(this->Searched, this->Distances, toScanner, progress, stray);
+    return FindHangingPoints(this->Problem, running, this->Distances, toScanner, progress, stray);
   }
 
 private:
@@ -426,13 +426,13 @@ bool FindStrayPoints(const CleaningProblem& problem, vtkDataArray* toScanner,
     return true; // too few to say what is usual
   }
   StrayTest test(problem);
-  const bool running = test.Measure(progress.Part(0.0, 0.8));
+  bool running = test.Measure(progress.Part(0.0, 0.8));
   if (!test.FindSparse(running, stray))
   {
     return false;
   }
   const std::vector<unsigned char> sparse = stray;
-  return test.FindBeside(progress.Part(0.8, 0.9), sparse, stray) &&
-    test.FindMixed(toScanner, progress.Part(0.9, 1.0), stray);
+  running = test.FindBeside(progress.Part(0.8, 0.9), sparse, stray);
+  return test.FindHanging(running, toScanner, progress.Part(0.9, 1.0), stray);
 }
 }

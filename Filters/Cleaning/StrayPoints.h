@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Points that belong to no surface: dust, reflections, birds, mixed pixels (MixedPixels.h).
+ * Points that belong to no surface: dust, reflections, birds, halos and mixed pixels
+ * (HangingPoints.h).
  *
  * The measure is that of pcl::StatisticalOutlierRemoval (Rusu et al. 2008, "Towards 3D point cloud
  * based object maps"): the mean distance of a point to its nearest neighbours. PCL compares it with

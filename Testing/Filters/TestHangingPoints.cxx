@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Mixed pixels of laser scanners are stray points, where the scanner is known; what is thin, sparse
-// or seen at a grazing angle stays.
+// Mixed pixels of laser scanners are stray points, where the scanner is known, and so are halos of
+// photogrammetry; what is thin, sparse or seen at a grazing angle stays.
 #include "CleaningTesting.h"
 
 #include "vtkPointCloudCleaning.h"
@@ -169,8 +169,8 @@ private:
   }
 };
 
-/// A dark plate before a wall, from which one beam in five comes back. The scanner looks along it at
-/// 18 degrees.
+/// A dark plate before a wall, from which one beam in five comes back. The scanner looks along it
+/// at 18 degrees.
 class ScanOfPlate : public LaserScan
 {
 public:
@@ -200,6 +200,47 @@ public:
         this->Kinds.push_back(Surface);
       }
     }
+  }
+};
+
+/// A ball on a floor with random points, a sparse leaf before the ball, and some points off the
+/// ball and the floor by up to 8 spacings. No scanner.
+class CloudWithHalo : public LaserScan
+{
+public:
+  static constexpr double Spacing = 0.01; // of ball and floor
+
+  /// @param share of the points that are off the surfaces
+  explicit CloudWithHalo(double share)
+  {
+    Random random(11);
+    const auto height = [&] { return random() < share ? 8.0 * Spacing * random() : 0.0; };
+    for (int k = 0; k < 40000; ++k)
+    {
+      this->Add({ 2.0 * random() - 1.0, 2.0 * random() - 1.0, 0.0 }, { 0.0, 0.0, 1.0 }, height());
+    }
+    for (int k = 0; k < 31000; ++k)
+    {
+      const double z = 2.0 * random() - 1.0, turn = 2.0 * Pi * random();
+      const double side = std::sqrt(1.0 - z * z);
+      const Vec normal{ side * std::cos(turn), side * std::sin(turn), z };
+      this->Add({ 0.5 * normal[0], 0.5 * normal[1], 0.7 + 0.5 * normal[2] }, normal, height());
+    }
+    // Four times as far apart, three spacings before the ball and away from it.
+    for (int k = 0; k < 500; ++k)
+    {
+      const double along = random(), across = random();
+      this->Points.push_back({ 0.53 + along, 0.4 * across - 0.2, 0.7 + 0.5 * along });
+      this->Kinds.push_back(Thin);
+    }
+  }
+
+private:
+  void Add(const Vec& foot, const Vec& normal, double height)
+  {
+    this->Points.push_back(
+      { foot[0] + height * normal[0], foot[1] + height * normal[1], foot[2] + height * normal[2] });
+    this->Kinds.push_back(height > 4.0 * Spacing ? Mixed : height > 0.0 ? Blended : Surface);
   }
 };
 
@@ -276,11 +317,12 @@ TEST_CASE("The few points of a dark plate stay")
   CHECK(removed[Thin] - before[Thin] <= 0.05 * CountOf(scan, Thin));
 }
 
-TEST_CASE("Points without scanner stay")
+TEST_CASE("A scanner that is nowhere is as none")
 {
   const ScanOfDiscs scan(true);
   const auto without = Removed(scan, false);
-  CHECK(without[Mixed] < 0.5 * CountOf(scan, Mixed));
+  CHECK(without[Surface] == 0);
+  CHECK(without[Thin] == 0);
   LaserScan odd = scan;
   for (const double value : { static_cast<double>(NAN), static_cast<double>(INFINITY) })
   {
@@ -289,8 +331,34 @@ TEST_CASE("Points without scanner stay")
   }
 }
 
-TEST_CASE("Several processes remove the same mixed pixels")
+TEST_CASE("Halos are removed")
+{
+  for (const double share : { 0.05, 0.1 })
+  {
+    CAPTURE(share);
+    const CloudWithHalo cloud(share);
+    const auto removed = Removed(cloud, false);
+    const double off = CountOf(cloud, Mixed);
+    CAPTURE(off);
+    CAPTURE(removed[Blended]);
+    CHECK(removed[Mixed] >= 0.9 * off);
+    CHECK(removed[Surface] == 0);
+    CHECK(removed[Thin] <= 0.03 * CountOf(cloud, Thin));
+  }
+}
+
+TEST_CASE("Clouds without halos stay")
+{
+  const CloudWithHalo cloud(0.0);
+  const auto removed = Removed(cloud, false);
+  CHECK(removed[Surface] == 0);
+  CHECK(removed[Thin] <= 0.02 * CountOf(cloud, Thin)); // its ends
+}
+
+TEST_CASE("Several processes remove the same points")
 {
   const ScanOfDiscs scan(true);
   CHECK(CompareWithProcesses(scan.Points, {}, &scan.Scanner) > 0.5 * CountOf(scan, Mixed));
+  const CloudWithHalo cloud(0.05);
+  CHECK(CompareWithProcesses(cloud.Points) > 0.9 * CountOf(cloud, Mixed));
 }
