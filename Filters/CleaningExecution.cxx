@@ -164,6 +164,31 @@ void CleaningExecution::Gather(vtkPointSet* input)
   this->NonFinite = this->Searched.Cloud.NonFinite;
 }
 
+vtkSmartPointer<vtkDataArray> CleaningExecution::ToScanners(vtkPointSet* input) const
+{
+  vtkDataArray* known = FindScanners(input);
+  if (known || !this->Settings.UseViewpoint)
+  {
+    return known;
+  }
+  double o[3];
+  ReadOrigin(input, o);
+  const double* v = this->Settings.Viewpoint;
+  const auto ways = vtkSmartPointer<vtkFloatArray>::New();
+  ways->SetNumberOfComponents(3);
+  ways->SetNumberOfTuples(input->GetNumberOfPoints());
+  vtkSMPTools::For(0, input->GetNumberOfPoints(), [&](vtkIdType i, vtkIdType end) {
+    for (; i < end; ++i)
+    {
+      double p[3];
+      input->GetPoints()->GetPoint(i, p);
+      Store(
+        { v[0] - o[0] - p[0], v[1] - o[1] - p[1], v[2] - o[2] - p[2] }, ways->GetPointer(3 * i));
+    }
+  });
+  return ways;
+}
+
 bool CleaningExecution::SmoothDepths(vtkPointSet* input, const StageProgress& progress)
 {
   if (!this->Settings.Smoothing || this->Settings.Columns == 0 || input->GetNumberOfPoints() == 0)
@@ -193,7 +218,8 @@ bool CleaningExecution::Clean(
     !this->Settings.KeepsNeighbors || this->Searched.FindNeighbors(progress.Part(0.05, 0.2));
   if (!problem.All(isStored) ||
     (this->Settings.RemoveStrayPoints &&
-      !problem.All(FindStrayPoints(problem, FindScanners(input), progress.Part(0.2, 0.4), stray))))
+      !problem.All(
+        FindStrayPoints(problem, this->ToScanners(input), progress.Part(0.2, 0.4), stray))))
   {
     return false;
   }

@@ -36,6 +36,7 @@ struct CleaningSettings
 {
   bool RemoveStrayPoints, Smoothing;
   int Columns;
+  bool UseViewpoint;
   double Viewpoint[3];
   bool GenerateShifts;
   bool KeepsNeighbors; // for the next filter; they take twice the memory
@@ -84,6 +85,9 @@ private:
 
   void Begin(vtkPointSet* input);
   void Gather(vtkPointSet* input);
+
+  /// The vectors to the scanners, or to the viewpoint if that is one; null: not known.
+  vtkSmartPointer<vtkDataArray> ToScanners(vtkPointSet* input) const;
 
   /// Returns false if stopped.
   bool SmoothDepths(vtkPointSet* input, const StageProgress& progress);

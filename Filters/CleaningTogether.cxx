@@ -44,8 +44,9 @@ bool CleaningExecution::RunTogether(SurfelSplatting::Ranks& ranks, vtkPointSet* 
   {
     arrays.push_back({ FetchedColorsArray, ColorComponents, colors });
   }
-  vtkDataArray* toScanner = FindScanners(input);
-  if (this->Settings.RemoveStrayPoints && ranks.Any(toScanner != nullptr))
+  const vtkSmartPointer<vtkDataArray> toScanner =
+    this->Settings.RemoveStrayPoints ? this->ToScanners(input) : nullptr;
+  if (ranks.Any(toScanner != nullptr))
   {
     arrays.push_back({ ToScannerArray, 3, toScanner });
   }
@@ -56,6 +57,7 @@ bool CleaningExecution::RunTogether(SurfelSplatting::Ranks& ranks, vtkPointSet* 
   }
   const auto region = cloud.Fetch(cloud.HaloWidth(HaloSpacings), arrays);
   CleaningExecution own(this->Settings, this->Filter);
+  own.Settings.UseViewpoint = false; // it is that of this process's points only
   if (!own.CleanRegion(ranks, cloud, region, progress.Part(0.2, 0.9)))
   {
     return false;

@@ -11,6 +11,7 @@ SensorSettings::SensorSettings(vtkPointCloudCleaning* cleaning, vtkSurfelEstimat
   : Cleaning(cleaning)
   , Estimation(estimation)
   , Columns(cleaning->GetColumns())
+  , CleaningUseViewpoint(cleaning->GetUseViewpoint())
   , NumberOfNeighbors(estimation->GetNumberOfNeighbors())
   , OrientationMode(estimation->GetOrientationMode())
   , UseViewpoint(estimation->GetUseViewpoint())
@@ -22,6 +23,7 @@ SensorSettings::SensorSettings(vtkPointCloudCleaning* cleaning, vtkSurfelEstimat
 SensorSettings::~SensorSettings()
 {
   this->Cleaning->SetColumns(this->Columns);
+  this->Cleaning->SetUseViewpoint(this->CleaningUseViewpoint);
   this->Cleaning->SetViewpoint(this->CleaningViewpoint);
   this->Estimation->SetNumberOfNeighbors(this->NumberOfNeighbors);
   this->Estimation->SetOrientationMode(this->OrientationMode);
@@ -32,9 +34,10 @@ SensorSettings::~SensorSettings()
 void SensorSettings::Use(const ScanSensor& sensor, bool seesBacks)
 {
   const double* v = sensor.Viewpoint;
-  if (this->Columns == 0 && sensor.HasViewpoint)
+  if (this->Columns == 0 && !this->CleaningUseViewpoint && sensor.HasViewpoint)
   {
     this->Cleaning->SetColumns(sensor.Columns);
+    this->Cleaning->UseViewpointOn();
     this->Cleaning->SetViewpoint(v[0], v[1], v[2]);
   }
   if (this->OrientationMode != vtkSurfelEstimation::CONSISTENT || this->UseViewpoint)

@@ -30,7 +30,7 @@ public:
 private:
   vtkPointCloudCleaning* Cleaning;
   vtkSurfelEstimation* Estimation;
-  int Columns, NumberOfNeighbors, OrientationMode, UseViewpoint;
+  int Columns, CleaningUseViewpoint, NumberOfNeighbors, OrientationMode, UseViewpoint;
   double CleaningViewpoint[3], Viewpoint[3];
 };
 }

@@ -106,8 +106,8 @@ int vtkPointCloudCleaning::Execute(
   const bool isAlone = !this->Controller || this->Controller->GetNumberOfProcesses() <= 1;
   const double* v = this->Viewpoint;
   CleaningExecution execution(
-    { this->RemoveStrayPoints != 0, this->Smoothing != 0, this->Columns, { v[0], v[1], v[2] },
-      this->GenerateShifts != 0, this->Searched != nullptr },
+    { this->RemoveStrayPoints != 0, this->Smoothing != 0, this->Columns, this->UseViewpoint != 0,
+      { v[0], v[1], v[2] }, this->GenerateShifts != 0, this->Searched != nullptr },
     this);
   bool finished = false;
   if (isAlone)
@@ -227,6 +227,7 @@ void vtkPointCloudCleaning::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "RemoveStrayPoints: " << this->RemoveStrayPoints << "\n";
   os << indent << "Smoothing: " << this->Smoothing << "\n";
   os << indent << "Columns: " << this->Columns << "\n";
+  os << indent << "UseViewpoint: " << this->UseViewpoint << "\n";
   os << indent << "Viewpoint: " << this->Viewpoint[0] << " " << this->Viewpoint[1] << " "
      << this->Viewpoint[2] << "\n";
   os << indent << "GenerateShifts: " << this->GenerateShifts << "\n";

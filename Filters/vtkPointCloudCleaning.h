@@ -68,7 +68,7 @@ public:
   ///@{
   /**
    * Whether stray points are removed, halos of photogrammetry, and mixed pixels of laser scanners
-   * where points know their scanner (point array ToScanner). Default on.
+   * where points know their scanner (point array ToScanner) or Viewpoint is it. Default on.
    */
   vtkSetMacro(RemoveStrayPoints, vtkTypeBool);
   vtkGetMacro(RemoveStrayPoints, vtkTypeBool);
@@ -95,7 +95,17 @@ public:
 
   ///@{
   /**
-   * Place of the sensor of a depth image. Default 0, 0, 0.
+   * Whether all points were scanned from Viewpoint, so that mixed pixels are removed, unless points
+   * know their scanner. Default off.
+   */
+  vtkSetMacro(UseViewpoint, vtkTypeBool);
+  vtkGetMacro(UseViewpoint, vtkTypeBool);
+  vtkBooleanMacro(UseViewpoint, vtkTypeBool);
+  ///@}
+
+  ///@{
+  /**
+   * Place of the sensor of a depth image, or of a scan from one place. Default 0, 0, 0.
    */
   vtkSetVector3Macro(Viewpoint, double);
   vtkGetVector3Macro(Viewpoint, double);
@@ -161,6 +171,7 @@ protected:
   vtkTypeBool GenerateStrayPoints = 0;
   vtkTypeBool Smoothing = 1;
   int Columns = 0;
+  vtkTypeBool UseViewpoint = 0;
   double Viewpoint[3] = { 0.0, 0.0, 0.0 };
   vtkTypeBool GenerateShifts = 0;
 

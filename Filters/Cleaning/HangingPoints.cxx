@@ -62,6 +62,20 @@ constexpr int HaloNeighbors = 16 * StrayNeighbors;
 constexpr float AsSparse = 1.0f / 1.5f;
 constexpr double ThickSet = 0.7;
 
+/// The unit vector to the scanner. NaN where it is not known.
+Eigen::Vector3d SightOf(const LocalCloud& cloud, int i, vtkDataArray* toScanner)
+{
+  double way[3] = { NAN, NAN, NAN };
+  if (toScanner)
+  {
+    toScanner->GetTuple(cloud.InputIds[i], way);
+  }
+  // As floats, which is what other processes get.
+  const Eigen::Vector3d sight =
+    Eigen::Vector3f(way[0], way[1], way[2]).cast<double>().stableNormalized();
+  return std::abs(sight.squaredNorm() - 1.0) < 0.5 ? sight : Eigen::Vector3d::Constant(NAN);
+}
+
 enum Hanging : unsigned char
 {
   HangsNot,
@@ -132,26 +146,14 @@ private:
     return spread.Variances[0] < FlatCurtain * spread.Variances[1];
   }
 
-  /// The unit vector to the scanner. NaN where it is not known.
-  Eigen::Vector3d Sight(int i) const
-  {
-    double way[3] = { NAN, NAN, NAN };
-    if (this->ToScanner)
-    {
-      this->ToScanner->GetTuple(this->Searched.Cloud.InputIds[i], way);
-    }
-    // As floats, which is what other processes get.
-    const Eigen::Vector3d sight =
-      Eigen::Vector3f(way[0], way[1], way[2]).cast<double>().stableNormalized();
-    return sight.allFinite() ? sight : Eigen::Vector3d::Constant(NAN);
-  }
+  Eigen::Vector3d Sight(int i) const { return SightOf(this->Searched.Cloud, i, this->ToScanner); }
 
   /// Whether there is something nearer to the scanner and something farther beside the line of
   /// sight, and less at the depth of the point. False if the scanner is not known.
   bool HangsInSight(int i, double spacing, Neighbors& neighbors) const
   {
     const Eigen::Vector3d sight = this->Sight(i);
-    if (!(sight.squaredNorm() > 0.5))
+    if (sight.hasNaN())
     {
       return false;
     }
@@ -256,6 +258,11 @@ bool HasHalos(const CleaningProblem& problem, bool running, const HangingTest& t
     std::accumulate(inHalo.begin(), inHalo.end(), 0.0) >
     HaloShare * static_cast<double>(inHalo.size());
 }
+}
+
+bool IsCurtain(const LocalCloud& cloud, int i, vtkDataArray* toScanner, const PointSpread& spread)
+{
+  return std::abs(SightOf(cloud, i, toScanner).dot(spread.Axes.col(0))) < CurtainSine;
 }
 
 bool FindHangingPoints(const CleaningProblem& problem, bool running,

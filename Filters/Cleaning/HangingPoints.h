@@ -28,6 +28,11 @@ class vtkDataArray;
 namespace SurfelGeometry
 {
 struct CleaningProblem;
+struct LocalCloud;
+struct PointSpread;
+
+/// Whether the plane about a point contains the line of sight. False if the scanner is not known.
+bool IsCurtain(const LocalCloud& cloud, int i, vtkDataArray* toScanner, const PointSpread& spread);
 
 /// Collective, if several processes clean the cloud.
 /// @param distances [n] mean distance to the nearest StrayNeighbors points, world units

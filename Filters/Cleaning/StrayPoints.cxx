@@ -50,6 +50,13 @@ constexpr double BesidePlaneSpacings = 1.25;
 constexpr int WiderNeighbors = 4 * StrayNeighbors;
 constexpr int OthersOffPlane = 2;
 
+/// Points of a floor that is seen at a grazing angle are far from those of other lines of the scan,
+/// but have two neighbours of their own line beside them: in the mean nearer than this part of
+/// their mean distance, which is 0.3 where lines are five times as far apart as their points, and
+/// 0.5 of random points.
+constexpr int AsideNeighbors = 2;
+constexpr double AsideShare = 0.4;
+
 /// About this many points tell what is usual in the cloud. Those of them whose neighbours are in a
 /// plane, as are most neighbours' own, tell how dense surfaces are about a place.
 constexpr int SurfaceSamples = 1 << 15;
@@ -194,7 +201,10 @@ class SurfaceDensity
 {
 public:
   /// Collective. Returns false if stopped.
-  bool Find(const CleaningProblem& problem, const std::vector<float>& distances, bool running)
+  /// @param counts whether a point on a surface counts
+  template <typename Counts>
+  bool Find(const CleaningProblem& problem, const std::vector<float>& distances, bool running,
+    const Counts& counts)
   {
     const std::vector<int> samples = problem.Samples(ShareOf(SurfaceSamples, problem));
     std::vector<char> areOnSurface(samples.size());
@@ -202,7 +212,7 @@ public:
     vtkSMPTools::For(0, static_cast<vtkIdType>(samples.size()), [&](vtkIdType k, vtkIdType end) {
       for (; k < end; ++k)
       {
-        areOnSurface[k] = flat.IsOnSurface(samples[k]) ? 1 : 0;
+        areOnSurface[k] = flat.IsOnSurface(samples[k]) && counts(samples[k]) ? 1 : 0;
       }
     });
     std::vector<float> values;
@@ -278,8 +288,9 @@ public:
     });
   }
 
-  /// Points in sparse sets that fill space. Collective; returns false if stopped.
-  bool FindSparse(bool running, std::vector<unsigned char>& stray)
+  /// Points in sparse sets that fill space or are curtains of mixed pixels. Collective; returns
+  /// false if stopped.
+  bool FindSparse(bool running, vtkDataArray* toScanner, std::vector<unsigned char>& stray)
   {
     std::vector<float> distances;
     for (const int i :
@@ -305,7 +316,8 @@ public:
       return true;
     }
     SurfaceDensity surfaces;
-    if (!surfaces.Find(this->Problem, this->Distances, running))
+    const auto counts = [&](int i) { return !this->IsInCurtain(i, toScanner); };
+    if (!surfaces.Find(this->Problem, this->Distances, running, counts))
     {
       return false;
     }
@@ -317,7 +329,10 @@ public:
         const int i = suspects[k];
         const double usual = surfaces.UsualDistance(this->Problem.SharedPosition(i));
         const bool isSparse = this->Distances[i] > FoliageFactor * usual;
-        stray[i] = isSparse && !IsFlat(this->Searched, i, neighbors, near) ? 1 : 0;
+        stray[i] = isSparse &&
+            (!IsFlat(this->Searched, i, neighbors, near) || this->IsInCurtain(i, toScanner))
+          ? 1
+          : 0;
       }
     });
     return true;
@@ -355,6 +370,32 @@ public:
   }
 
 private:
+  /// Whether the flat neighbours of a sparse point are mixed pixels in a curtain, not a floor.
+  bool IsInCurtain(int i, vtkDataArray* toScanner) const
+  {
+    if (!toScanner || this->Distances[i] <= this->Sparse)
+    {
+      return false;
+    }
+    Neighbors neighbors;
+    NearCloud near;
+    this->Searched.Find(i, StrayNeighbors, neighbors);
+    LoadNear(this->Cloud, i, neighbors, near);
+    if (neighbors.Count() < StrayNeighbors || !IsCurtain(this->Cloud, i, toScanner, SpreadOf(near)))
+    {
+      return false;
+    }
+    double aside = 0.0, all = 0.0;
+    Neighbors others;
+    for (const int j : neighbors.Ids)
+    {
+      this->Searched.Find(j, StrayNeighbors, others);
+      aside += std::sqrt(others.SquaredDistances[AsideNeighbors - 1]);
+      all += this->Distances[j];
+    }
+    return aside > AsideShare * all;
+  }
+
   /// Whether enough neighbours are stray, or nearer than the point's distance says, for a closer
   /// look.
   /// @param ids [StrayNeighbors]
@@ -427,7 +468,7 @@ bool FindStrayPoints(const CleaningProblem& problem, vtkDataArray* toScanner,
   }
   StrayTest test(problem);
   bool running = test.Measure(progress.Part(0.0, 0.8));
-  if (!test.FindSparse(running, stray))
+  if (!test.FindSparse(running, toScanner, stray))
   {
     return false;
   }

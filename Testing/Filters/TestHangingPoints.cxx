@@ -3,11 +3,15 @@
 // photogrammetry; what is thin, sparse or seen at a grazing angle stays.
 #include "CleaningTesting.h"
 
+#include "vtkDoubleArray.h"
+#include "vtkFieldData.h"
 #include "vtkPointCloudCleaning.h"
+#include "vtkPointsToSurfels.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 
 using namespace SurfelTesting;
 
@@ -203,6 +207,33 @@ public:
   }
 };
 
+/// A board half-way to a wall: at its rim, most beams measure any depth between both. So the points
+/// of the curtain have none but each other as neighbours.
+class ScanOfBoard : public LaserScan
+{
+public:
+  ScanOfBoard()
+  {
+    this->Scanner = { 1.0, 1.0, 4.0 };
+    Random random(12);
+    for (int row = 0; row < 200; ++row)
+    {
+      for (int column = 0; column < 200; ++column)
+      {
+        const bool isRim = (column == 60 || column == 140) && row < 150;
+        const bool isBoard = column > 60 && column < 140 && row < 150;
+        const bool isMixed = isRim && random() < 0.7;
+        const double depth = isMixed ? 2.0 * random() : isBoard ? 2.0 : 0.0, share = 0.25 * depth;
+        const double x = 0.01 * (column + 0.2 * random()), y = 0.01 * (row + 0.2 * random());
+        this->Points.push_back({ x + share * (1.0 - x), y + share * (1.0 - y), depth });
+        this->Kinds.push_back(!isMixed           ? Surface
+            : std::min(depth, 2.0 - depth) > 0.1 ? Mixed
+                                                 : Blended);
+      }
+    }
+  }
+};
+
 /// A ball on a floor with random points, a sparse leaf before the ball, and some points off the
 /// ball and the floor by up to 8 spacings. No scanner.
 class CloudWithHalo : public LaserScan
@@ -355,10 +386,57 @@ TEST_CASE("Clouds without halos stay")
   CHECK(removed[Thin] <= 0.02 * CountOf(cloud, Thin)); // its ends
 }
 
+TEST_CASE("Curtains of mixed pixels are removed")
+{
+  const ScanOfBoard scan;
+  const auto before = Removed(scan, false), removed = Removed(scan, true);
+  const double mixed = CountOf(scan, Mixed);
+  CHECK(mixed > 150);
+  CHECK(removed[Mixed] >= 0.8 * mixed);
+  CHECK(removed[Mixed] > before[Mixed]);
+  CHECK(removed[Surface] == 0);
+}
+
+/// Points that know together from where they were scanned are as those that know it each for
+/// itself.
+TEST_CASE("One viewpoint")
+{
+  const ScanOfBoard scan;
+  const auto removed = Removed(scan, true);
+  const auto data = ToPolyData(scan.Points, VTK_DOUBLE);
+  vtkNew<vtkPointCloudCleaning> cleaning;
+  const Messages quiet(cleaning);
+  cleaning->SmoothingOff();
+  cleaning->UseViewpointOn();
+  cleaning->SetViewpoint(scan.Scanner.data());
+  cleaning->SetInputData(data);
+  cleaning->Update();
+  const auto all = std::accumulate(removed.begin(), removed.end(), vtkIdType{ 0 });
+  CHECK(cleaning->GetNumberOfStrayPoints() == all);
+  vtkNew<vtkDoubleArray> viewpoint, bounds;
+  viewpoint->SetName("ScanViewpoint");
+  viewpoint->SetNumberOfComponents(3);
+  viewpoint->InsertNextTuple(scan.Scanner.data());
+  bounds->SetName("ScanBounds");
+  bounds->SetNumberOfComponents(6);
+  bounds->InsertNextTuple(data->GetBounds());
+  data->GetFieldData()->AddArray(viewpoint);
+  data->GetFieldData()->AddArray(bounds);
+  vtkNew<vtkPointsToSurfels> surfels;
+  const Messages quietToo(surfels);
+  surfels->GetCleaning()->SmoothingOff();
+  surfels->SetInputData(data);
+  surfels->Update();
+  CHECK(data->GetNumberOfPoints() - surfels->GetOutput()->GetNumberOfPoints() == all);
+  CHECK(surfels->GetCleaning()->GetUseViewpoint() == 0); // as it was before
+}
+
 TEST_CASE("Several processes remove the same points")
 {
   const ScanOfDiscs scan(true);
   CHECK(CompareWithProcesses(scan.Points, {}, &scan.Scanner) > 0.5 * CountOf(scan, Mixed));
+  const ScanOfBoard board;
+  CHECK(CompareWithProcesses(board.Points, {}, &board.Scanner) > 0.8 * CountOf(board, Mixed));
   const CloudWithHalo cloud(0.05);
   CHECK(CompareWithProcesses(cloud.Points) > 0.9 * CountOf(cloud, Mixed));
 }
