@@ -26,15 +26,17 @@ def _chosen(count, every):
 def copy_rows(source, target, chosen):
     """Gives a vtkPolyData the numbers that chosen points of another have, under the same names."""
     data, copies = source.GetPointData(), target.GetPointData()
-    active = {data.GetScalars(): copies.SetActiveScalars, data.GetNormals(): copies.SetActiveNormals,
-              data.GetVectors(): copies.SetActiveVectors}
+    active = ((data.GetScalars(), copies.SetActiveScalars),
+              (data.GetNormals(), copies.SetActiveNormals),
+              (data.GetVectors(), copies.SetActiveVectors))
     for index in range(data.GetNumberOfArrays()):
         array = data.GetArray(index)
         if array is None or array.GetName() is None:
             continue
         copies.AddArray(named_array(array.GetName(), to_numpy(array)[chosen]))
-        if array in active:
-            active[array](array.GetName())
+        for one, activate in active:
+            if one is array:
+                activate(array.GetName())
 
 
 def one_of(every, cloud):
