@@ -48,8 +48,8 @@ SURFELSPLATTING_INLINE Real ShareOfReach(const Real& kernel, const Real& layer)
 
 /// A tent with this share of its layer takes the layer's end to its own. In one cell splats between
 /// two surfaces may join them, and not in the next: where the tents of both overlap, the joint
-/// fades in. With 0.06 of a pixel instead of a share, it was there at once, and a lion had twice
-/// the seams. With 1/2 a tilted plane loses 4 % of its coverage between two grids.
+/// fades in. With 0.06 of a pixel instead of a share, it was there at once, and a lion had 1.6 times
+/// the seams. With 1/2 a tilted plane loses 4 % of its coverage between two grids. (Ours.)
 constexpr float ShareOfEnd = 1.0f / 3.0f;
 
 /**

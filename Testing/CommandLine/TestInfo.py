@@ -3,9 +3,11 @@
 
 import subprocess
 import unittest
+from unittest import mock
 
 import numpy as np
 
+from surfelsplatting.commandline import info
 from TestFormats import pcd_columns
 from TestReader import write_pcd
 from toolcase import SMALL, TOOL, ToolCase, read_json, sphere, write, write_ply
@@ -102,6 +104,14 @@ class TestInfo(ToolCase):
         self.assertIn("--scalars 'intensity'", options)
         self.assertIn("--cleaning off", options)
         self.assertIn("--scalars 'intensity'", self.info("cloud.csv"))
+
+    def test_suggestions_for_large_clouds(self):
+        write_ply("ball.ply", *sphere(3000))
+        with mock.patch.multiple(info, LONG=2999, QUICK=1000):
+            report = self.report("ball.ply")
+        options = [suggestion["options"] for suggestion in report["suggestions"]]
+        self.assertIn("--hierarchy OUT.surfels", options)
+        self.assertIn("--every 3", options)
 
     def test_depth_image(self):
         u, v = np.meshgrid(np.arange(80) - 39.5, np.arange(60) - 29.5)

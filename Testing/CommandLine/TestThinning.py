@@ -2,12 +2,14 @@
 """--every N: a part of the points, to see a large cloud soon."""
 
 import unittest
+from unittest import mock
 
 import numpy as np
 
 from surfelsplatting.clouds.polydata import polydata_of
 from surfelsplatting.clouds.reading import Cloud
 from surfelsplatting.clouds.thinning import one_of
+from surfelsplatting.commandline import estimation
 from toolcase import CAMERA, SMALL, ToolCase, arrays_of, places_of, sphere, write_ply
 
 
@@ -58,6 +60,17 @@ class TestThinning(ToolCase):
         said = self.tool("render", "ball.ply", *SMALL, "-v", "--every", 3, "-o", "out.png")
         self.assertIn("ball.ply: 1334 points; one of every 3 points", said)
         self.assertEqual(self.code, 0)
+
+    def test_too_little_memory(self):
+        """The message names the option where it has an effect."""
+        write_ply("ball.ply", *sphere(100))
+        self.render("ball.ply", *SMALL, "-o", "out.png", "--surfels", "ball.vtp")
+        with mock.patch.object(estimation, "vtkSurfelHierarchy") as hierarchy:
+            hierarchy.CheckMemory.return_value = "too many points."
+            for name, advice in (("ball.ply", " --every N uses one of every N points."),
+                                 ("ball.vtp", "")):
+                said = self.tool("render", name, *SMALL, "--blur", 9, "-o", "out.png")
+                self.assertEqual(said, f"surfelsplat: {name}: too many points.{advice}\n")
 
     def test_not_a_number(self):
         write_ply("ball.ply", *sphere(100))

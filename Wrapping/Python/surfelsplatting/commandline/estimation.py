@@ -2,6 +2,7 @@
 """A cloud to surfels and their hierarchy, as the options say."""
 
 from ..clouds.reading import is_hierarchy
+from ..clouds.thinning import may_be_thinned
 from ..problems import UserProblem
 from ..surfels import is_sheet
 from ..vtkSurfelFilters import (vtkPartitionedSurfelEstimation, vtkPointsToSurfels,
@@ -61,7 +62,8 @@ def check_memory(cloud, arguments):
         problem = vtkSurfelHierarchy.CheckMemory(cloud.data.GetNumberOfPoints(),
                                                  not cloud.is_drawable)
         if problem:
-            raise UserProblem(f"{arguments.cloud}: {problem} --every N uses one of every N points.")
+            advice = " --every N uses one of every N points." if may_be_thinned(cloud) else ""
+            raise UserProblem(f"{arguments.cloud}: {problem}{advice}")
 
 
 def make_surfels(cloud, arguments, with_hierarchy, *reporters):

@@ -163,7 +163,7 @@ def _add_surfel_options(parser):
     points = parser.add_argument_group("points to surfels")
     points.add_argument("--every", type=count, default=1, metavar="N",
                         help="use one of every N points, chosen at random: a large cloud is seen "
-                             "N times as soon, with less detail (default: 1)")
+                             "sooner, with less detail (default: 1)")
     points.add_argument("--cleaning", choices=("off", "outliers", "full"), default="full",
                         help="what to do to the points first: outliers removes those that belong "
                              "to no surface, full also smooths noisy surfaces (default: full)")
