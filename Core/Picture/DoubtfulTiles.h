@@ -8,7 +8,8 @@
  * Behind a veil that is the same all over the lens it is T a, whatever covers: the interval is no
  * wider than T varies over the lens (LensVisibility.h, VariationBehind). The doubt about a pixel is
  * the sum, over its layers, of this width times the contrast to what is seen behind
- * (LayerMerging.h, AddDoubt), colours of [0, 1].
+ * (LayerMerging.h, AddDoubt), colours of [0, 1]. Of what a layer of two surfaces has no room for,
+ * the contrast to the layer is in doubt as well (TentFragments.h, Refuse).
  */
 #pragma once
 

@@ -9,197 +9,17 @@
  */
 #pragma once
 
+#include "Core/Raster/BlockLayers.h"
 #include "Core/Raster/BlockPixels.h"
 #include "Core/Raster/BlocksOfSplats.h"
 #include "Core/Raster/KernelEvaluation.h"
-#include "Core/Raster/LayerMerging.h"
 #include "Core/Raster/PreparedItem.h"
+#include "Core/Raster/TentFragments.h"
 
 namespace SurfelSplatting
 {
 namespace
 {
-/// Fields of RasterTarget.h that are kept in registers while a block is added to: its open layers.
-/// Sums of u are doubled, so that 4 f1.u is a product of two of them.
-template <bool OnLens, RasterPass Pass>
-struct BlockLayers
-{
-  Lanes Far, Weight, Opacity, Red, Green, Blue, Depth;
-  Lanes FillX, FillY;                                           // OnLens only
-  Lanes Seen, SeenX, SeenY;                                     // if tilted
-  Lanes Near, HalfRange, SquaredDepth, CubedDepth, FourthDepth; // of coarse grids
-  bool Tilted;
-
-  SURFELSPLATTING_INLINE void Load(const PixelTile& tile, int block)
-  {
-    const OpenLayers& open = tile.Open[block];
-    const LensLayers& lens = tile.Lens[block];
-    if (Pass == RasterPass::Collect)
-    {
-      const CoarseLayers& coarse = tile.Coarse[block];
-      this->Near = Lanes::Load(coarse.Near);
-      this->HalfRange = Lanes::Load(coarse.HalfRange);
-      this->SquaredDepth = Lanes::Load(coarse.SquaredDepth);
-      this->CubedDepth = Lanes::Load(coarse.CubedDepth);
-      this->FourthDepth = Lanes::Load(coarse.FourthDepth);
-    }
-    else
-    {
-      this->Near = this->HalfRange = 0.0f; // unused
-      this->SquaredDepth = this->CubedDepth = this->FourthDepth = 0.0f;
-    }
-    this->Far = Lanes::Load(open.Far);
-    this->Weight = Lanes::Load(open.Weight);
-    this->Opacity = Lanes::Load(open.Opacity);
-    this->Red = Lanes::Load(open.Red);
-    this->Green = Lanes::Load(open.Green);
-    this->Blue = Lanes::Load(open.Blue);
-    this->Depth = Lanes::Load(open.Depth);
-    this->Tilted = OnLens && Pass == RasterPass::Layers && IsTilted(tile, block);
-    if (OnLens)
-    {
-      this->FillX = 2.0f * Lanes::Load(lens.FillX);
-      this->FillY = 2.0f * Lanes::Load(lens.FillY);
-    }
-    if (this->Tilted)
-    {
-      this->Seen = Lanes::Load(lens.Seen);
-      this->SeenX = 2.0f * Lanes::Load(lens.SeenX);
-      this->SeenY = 2.0f * Lanes::Load(lens.SeenY);
-    }
-    else
-    {
-      this->Seen = this->SeenX = this->SeenY = 0.0f; // unused
-    }
-  }
-
-  SURFELSPLATTING_INLINE void Store(PixelTile& tile, int block) const
-  {
-    OpenLayers& open = tile.Open[block];
-    LensLayers& lens = tile.Lens[block];
-    if (Pass == RasterPass::Collect)
-    {
-      CoarseLayers& coarse = tile.Coarse[block];
-      this->Near.Store(coarse.Near);
-      this->HalfRange.Store(coarse.HalfRange);
-      this->SquaredDepth.Store(coarse.SquaredDepth);
-      this->CubedDepth.Store(coarse.CubedDepth);
-      this->FourthDepth.Store(coarse.FourthDepth);
-    }
-    this->Far.Store(open.Far);
-    this->Weight.Store(open.Weight);
-    this->Opacity.Store(open.Opacity);
-    this->Red.Store(open.Red);
-    this->Green.Store(open.Green);
-    this->Blue.Store(open.Blue);
-    this->Depth.Store(open.Depth);
-    if (OnLens)
-    {
-      (0.5f * this->FillX).Store(lens.FillX);
-      (0.5f * this->FillY).Store(lens.FillY);
-    }
-    if (this->Tilted)
-    {
-      this->Seen.Store(lens.Seen);
-      (0.5f * this->SeenX).Store(lens.SeenX);
-      (0.5f * this->SeenY).Store(lens.SeenY);
-    }
-  }
-};
-
-/// A block, the pixels' places in the tile, and what all items of a batch share.
-struct BatchBlock
-{
-  PixelTile& Tile;
-  int Block;
-  Lanes X, Y; // centres of the pixels, px in the tile
-  RasterSettings& Settings;
-  const RasterCallbacks& Callbacks;
-};
-
-/// Lets layers leak, or hands them over; a call, since few items need it.
-/// @param bands unused on coarse grids
-template <RasterPass Pass>
-__attribute__((noinline)) void LeakBeforeItem(PixelTile& tile, int block, const LaneMask& chosen,
-  const Lanes& bands, const RasterSettings& settings, const RasterCallbacks& callbacks)
-{
-  if (Pass == RasterPass::Collect)
-  {
-    CollectLayers(tile, block, chosen, LeastTent, callbacks);
-    return;
-  }
-  LeakOver(tile, block, bands, chosen, settings, callbacks);
-}
-
-/// So many lengths behind a layer of a coarse grid there is another surface, even if something
-/// light reaches from one to the other. A length is that from the layer's nearest splat to the mean
-/// end of its splats. With 1.5, a floor that recedes has 0.4 dB less.
-constexpr float LargestStep = 2.0f;
-
-/// The open layers that may end in front of an item which begins at a depth; some of them have
-/// hardly any weight. Those of a coarse grid end only if the item begins behind their mean end:
-/// with tents of all the tails that begin surfaces, a lion at 91 px would take 1.6 times as long.
-template <bool OnLens, RasterPass Pass>
-SURFELSPLATTING_INLINE LaneMask FindEnded(const BlockLayers<OnLens, Pass>& open, float near)
-{
-  if (Pass != RasterPass::Collect)
-  {
-    return open.Far < near;
-  }
-  const Lanes length = open.Depth + open.HalfRange; // times weights, from the near end on
-  return open.Weight * (near - open.Near) - length >
-    Select(open.Far < near, 0.0f, LargestStep * length);
-}
-
-/// Lets the layers that end in front of an item leak.
-/// @param weight of the item's fragments @return where what the item adds to z-ranges begins there:
-/// layers stay open over the rest of their gaps
-template <bool OnLens, RasterPass Pass>
-SURFELSPLATTING_INLINE Lanes LeakEnded(BlockLayers<OnLens, Pass>& open, const BatchBlock& at,
-  const BatchItem& item, const ZRange& range, const Lanes& weight, const LaneMask& ended)
-{
-  constexpr bool collects = Pass == RasterPass::Collect;
-  const LayerGaps gaps = collects ? LayerGaps{ 0.0f, 0.0f, ended }
-                                  : FindGaps(range, open.Far, open.Weight, weight, at.Settings);
-  const LaneMask leaks = ended & gaps.Leaks;
-  // A fifth to two fifths of such items leave all gaps open: nothing needs to be stored then.
-  if (Any(leaks))
-  {
-    // Copies keep the others in registers.
-    const LaneMask chosen = leaks;
-    const Lanes bands = gaps.Bands;
-    open.Store(at.Tile, at.Block);
-    at.Settings.LargestColor = item.LargestColor;
-    LeakBeforeItem<Pass>(at.Tile, at.Block, chosen, bands, at.Settings, at.Callbacks);
-    open.Load(at.Tile, at.Block);
-  }
-  return collects ? Lanes(range.Near)
-                  : Select(open.Weight > LeastLeakingWeight, range.Near - gaps.Rest, range.Near);
-}
-
-/// Prepares the open layers for an item: those that end in front of it leak.
-/// @param weight of its fragments, 0 outside @return where what it adds to z-ranges begins
-template <bool OnLens, RasterPass Pass>
-SURFELSPLATTING_INLINE Lanes BeginItem(BlockLayers<OnLens, Pass>& open, const BatchBlock& at,
-  const BatchItem& item, const ZRange& range, const Lanes& weight, const LaneMask& inside)
-{
-  Lanes begin = Larger(open.Far, range.Near);
-  LaneMask ended = inside & FindEnded(open, range.Near);
-  if (Pass != RasterPass::Collect && __builtin_expect(Any(ended), 0))
-  {
-    ended = ended & (open.Weight > LeastLeakingWeight) & SeenPixels(at.Tile, at.Block);
-  }
-  if (__builtin_expect(Any(ended), 0))
-  {
-    begin = Select(ended, LeakEnded(open, at, item, range, weight, ended), begin);
-  }
-  if (__builtin_expect(at.Callbacks.Leaked != nullptr, 0))
-  {
-    AddTo(at.Tile.Finished[at.Block].Fragments, Select(inside, 1.0f, 0.0f));
-  }
-  return begin;
-}
-
 /// Makes the layers of a splat's fragments longer.
 /// @param begin BeginItem @param most weights over RoomToFill @param kernel 1 at the centre
 template <bool OnLens, RasterPass Pass>
@@ -217,52 +37,6 @@ SURFELSPLATTING_INLINE void Lengthen(BlockLayers<OnLens, Pass>& open, const ZRan
   open.Far = Select(inside, Larger(Smaller(longer, range.Far), begin), open.Far);
 }
 
-/// Adds fragments to the sums of the open layers, but for their colours; returns the weight of
-/// these.
-/// @param weight coverage, 0 outside of the support
-/// @param depth  world units along the view direction; in cells from the layer's near end on
-/// @param u      2 u, where they pass the lens; unused without OnLens
-template <bool OnLens, RasterPass Pass>
-SURFELSPLATTING_INLINE Lanes AddCoverage(BlockLayers<OnLens, Pass>& open, const BatchBlock& at,
-  const Lanes& weight, float opacity, const Lanes& depth, const LensPoints& u)
-{
-  open.Weight += weight;
-  open.Depth += weight * depth;
-  Lanes visible = weight * opacity;
-  open.Opacity += visible;
-  if (OnLens)
-  {
-    open.FillX += weight * u.X;
-    open.FillY += weight * u.Y;
-  }
-  if (OnLens && open.Tilted)
-  {
-    const FinishedLayers& done = at.Tile.Finished[at.Block];
-    const Lanes through = Lanes::Load(done.Transmittance);
-    const Lanes slope = Lanes::Load(done.ThroughX) * u.X + Lanes::Load(done.ThroughY) * u.Y;
-    visible *= LimitSeen(through + (2.0f * SeenSlope) * slope, through);
-    open.Seen += visible;
-    open.SeenX += visible * u.X;
-    open.SeenY += visible * u.Y;
-  }
-  return visible;
-}
-
-/// What is left up to `full` of a layer where fragments arrive, over UnitOfRoom.
-/// @param u 2 u, where they pass the lens; unused without OnLens
-template <bool OnLens, RasterPass Pass>
-SURFELSPLATTING_INLINE Lanes FindRoom(
-  const BlockLayers<OnLens, Pass>& open, const LensPoints& u, float full)
-{
-  constexpr float perUnit = 1.0f / UnitOfRoom<OnLens>;
-  Lanes room = perUnit * full - perUnit * open.Weight;
-  if (OnLens)
-  {
-    room = room - open.FillX * u.X - open.FillY * u.Y;
-  }
-  return room;
-}
-
 /// What fragments add to their layers: through a lens no more than there is room for.
 /// @param most weights over RoomToFill @param room over UnitOfRoom
 template <bool OnLens>
@@ -272,12 +46,6 @@ SURFELSPLATTING_INLINE Lanes LimitWeight(const Lanes& most, const Lanes& room)
   const Lanes weight = most * Smaller(left, RoomToFill<OnLens>);
   return OnLens ? Smaller(weight, UnitOfRoom<OnLens> * left) : weight;
 }
-
-/// Colours of a block's fragments, or these times their weights.
-struct WeightedColors
-{
-  Lanes Red, Green, Blue;
-};
 
 /// Adds the moments of a cell's depths (TwoSurfaces.h).
 /// @param depth from the layer's near end on @param half half the length of the z-range
@@ -416,7 +184,8 @@ SURFELSPLATTING_INLINE unsigned int AddSplatToBlock(
   const Lanes most = Select(inside, peak * kernel, 0.0f); // lanes outside may hold anything
   if (Pass != RasterPass::Nearest)
   {
-    const Lanes begin = BeginItem(open, at, *p.Item, p.Range, RoomToFill<OnLens> * most, inside);
+    const ItemRange place{ p.Range, p.Range.Near };
+    const Lanes begin = BeginItem(open, at, *p.Item, place, RoomToFill<OnLens> * most, inside);
     Lengthen(open, p.Range, begin, most, kernel, inside);
   }
   const Lanes weight = LimitWeight<OnLens>(most, FindRoom(open, u, 1.0f + Ripple<OnLens>));
@@ -442,49 +211,6 @@ SURFELSPLATTING_INLINE unsigned int AddSplatToBlock(
     AddMoments(at.Tile.Coarse[at.Block], weight, visible,
       { visible * c.Red, visible * c.Green, visible * c.Blue }, depth, u);
   }
-  return bits;
-}
-
-/// Adds a tent's fragments, seen through the linear reconstruction of T over all of its lens
-/// points; returns the lanes that it covers. (Summing the tents that follow one another in a block,
-/// four at a time, before their layer takes them costs as much as it saves.)
-template <bool OnLens, RasterPass Pass>
-SURFELSPLATTING_INLINE unsigned int AddTentToBlock(
-  BlockLayers<OnLens, Pass>& open, const BatchBlock& at, const BatchItem& item)
-{
-  const Tent& s = *item.Cell;
-  const Lanes dx = at.X - item.Place.X, dy = at.Y - item.Place.Y;
-  const Lanes share = Larger(1.0f - s.InverseCell * Larger(dx, 0.0f - dx), 0.0f) *
-    Larger(1.0f - s.InverseCell * Larger(dy, 0.0f - dy), 0.0f);
-  const Lanes weight = s.Weight * share;
-  const LaneMask inside = weight > 0.0f;
-  const unsigned int bits = inside.ToBits();
-  if (bits == 0)
-  {
-    return 0;
-  }
-  const Lanes begin = BeginItem(open, at, item, { s.Near, s.Far }, weight, inside);
-  const Lanes reach = ReachOfTent(weight, open.Weight);
-  open.Far = Select(inside, begin + reach * (s.Far - begin), open.Far);
-  const LensPoints u{ 2.0f * s.PointX, 2.0f * s.PointY };
-  const Lanes added =
-    LimitTent(weight, UnitOfRoom<OnLens> * Larger(FindRoom(open, u, FullOfTents), 0.0f));
-  const Lanes visible = AddCoverage(open, at, added, s.Opacity, s.Depth, u);
-  WeightedColors c{ visible * s.Red, visible * s.Green, visible * s.Blue };
-  if (OnLens && open.Tilted)
-  {
-    const FinishedLayers& done = at.Tile.Finished[at.Block];
-    const Lanes opaque = (4.0f * SeenSlopeOfTents * s.Opacity) * added;
-    const Lanes x = opaque * Lanes::Load(done.ThroughX), y = opaque * Lanes::Load(done.ThroughY);
-    c.Red += x * s.RedX + y * s.RedY;
-    c.Green += x * s.GreenX + y * s.GreenY;
-    c.Blue += x * s.BlueX + y * s.BlueY;
-    open.SeenX += 2.0f * (x * s.XX + y * s.XY);
-    open.SeenY += 2.0f * (x * s.XY + y * s.YY);
-  }
-  open.Red += c.Red;
-  open.Green += c.Green;
-  open.Blue += c.Blue;
   return bits;
 }
 

@@ -80,6 +80,28 @@ SURFELSPLATTING_INLINE bool IsTilted(const PixelTile& tile, int block)
   return (tile.Tilted >> block & 1) != 0;
 }
 
+SURFELSPLATTING_INLINE bool HasTents(const PixelTile& tile, int block)
+{
+  return (tile.WithTents >> block & 1) != 0;
+}
+
+/// A block's TentLayers, which begin here if it has none.
+SURFELSPLATTING_INLINE TentLayers& TentsOf(PixelTile& tile, int block)
+{
+  TentLayers& tents = tile.Tents[block];
+  if (!HasTents(tile, block))
+  {
+    tile.WithTents |= std::uint64_t{ 1 } << block;
+    Put(tents.Farther, AllLanes(), NoFar);
+    float* const sums[] = { tents.FartherWeight, tents.Refused, tents.RefusedX, tents.RefusedY };
+    for (float* sum : sums)
+    {
+      Put(sum, AllLanes(), 0.0f);
+    }
+  }
+  return tents;
+}
+
 /// Stores the first moment of T after a leak, which can be no longer than that of a segment; true
 /// if it is so long that it matters.
 /// @param share of the layer's sums that is composited
@@ -185,19 +207,30 @@ SURFELSPLATTING_INLINE void StoreTransmittance(
   MarkOpaque(tile, block);
 }
 
-/// The open layers' weights over the largest share of the lens that they can cover.
-SURFELSPLATTING_INLINE Lanes FilledShare(const Lanes& weight, const LensLayers& lens)
+/// The open layers' weights over the largest share of the lens that they can cover. What tents had
+/// no room for says as well where the layer is: a wall behind half a leaf covers all of the lens,
+/// though it only adds to the other half.
+SURFELSPLATTING_INLINE Lanes FilledShare(const PixelTile& tile, int block)
 {
-  const Lanes x = Lanes::Load(lens.FillX), y = Lanes::Load(lens.FillY);
+  const LensLayers& lens = tile.Lens[block];
+  const Lanes weight = Lanes::Load(tile.Open[block].Weight);
+  Lanes offered = weight, x = Lanes::Load(lens.FillX), y = Lanes::Load(lens.FillY);
+  if (HasTents(tile, block))
+  {
+    const TentLayers& tents = tile.Tents[block];
+    offered += Lanes::Load(tents.Refused);
+    x += Lanes::Load(tents.RefusedX);
+    y += Lanes::Load(tents.RefusedY);
+  }
   const Lanes squared = x * x + y * y;
   // No limit is met where weight <= 1 - CoverLossPerCentroid moment / weight.
-  const Lanes free = Larger(weight - weight * weight, 0.0f);
+  const Lanes free = Larger(offered - offered * offered, 0.0f);
   constexpr float loss = CoverLossPerCentroid * CoverLossPerCentroid;
   if (!Any(loss * squared > free * free))
   {
     return weight;
   }
-  return weight / LargestCoverOfLayer(weight, SquareRoot(squared));
+  return weight / LargestCoverOfLayer(offered, SquareRoot(squared));
 }
 
 /// The open layers' coverage, which decides how much of them is seen.
@@ -205,10 +238,9 @@ SURFELSPLATTING_INLINE LayerCoverage<Lanes> CoverageOf(
   const PixelTile& tile, int block, bool hasLens)
 {
   const OpenLayers& open = tile.Open[block];
-  const LensLayers& lens = tile.Lens[block];
   const Lanes weight = Lanes::Load(open.Weight), opacity = Lanes::Load(open.Opacity);
-  return { hasLens ? FilledShare(weight, lens) : weight, opacity,
-    IsTilted(tile, block) ? Lanes::Load(lens.Seen)
+  return { hasLens ? FilledShare(tile, block) : weight, opacity,
+    IsTilted(tile, block) ? Lanes::Load(tile.Lens[block].Seen)
                           : Lanes::Load(tile.Finished[block].Transmittance) * opacity };
 }
 
@@ -231,6 +263,14 @@ SURFELSPLATTING_INLINE void Keep(PixelTile& tile, int block, const KeptShares& k
       Select(keep.Weight < 1.0f, ShrinkMoment(Lanes::Load(open.Weight), length, keep.Weight), 1.0f);
     MultiplyBy(lens.FillX, shrink);
     MultiplyBy(lens.FillY, shrink);
+  }
+  if (HasTents(tile, block))
+  {
+    TentLayers& tents = tile.Tents[block];
+    MultiplyBy(tents.FartherWeight, keep.Weight);
+    MultiplyBy(tents.Refused, keep.Weight);
+    MultiplyBy(tents.RefusedX, keep.Weight);
+    MultiplyBy(tents.RefusedY, keep.Weight);
   }
   MultiplyBy(open.Weight, keep.Weight);
   MultiplyBy(open.Depth, keep.Weight);
@@ -261,6 +301,15 @@ SURFELSPLATTING_INLINE void Empty(PixelTile& tile, int block, const LaneMask& ch
   {
     Put(lens.FillX, chosen, 0.0f);
     Put(lens.FillY, chosen, 0.0f);
+  }
+  if (HasTents(tile, block))
+  {
+    TentLayers& tents = tile.Tents[block];
+    Put(tents.Farther, chosen, NoFar);
+    Put(tents.FartherWeight, chosen, 0.0f);
+    Put(tents.Refused, chosen, 0.0f);
+    Put(tents.RefusedX, chosen, 0.0f);
+    Put(tents.RefusedY, chosen, 0.0f);
   }
   if (IsTilted(tile, block))
   {
@@ -412,6 +461,7 @@ SURFELSPLATTING_INLINE void EndLayers(
     LeakLayers<true>(tile, block, AllLanes(), 0.0f, settings, callbacks);
   }
   Put(open.Far, AllLanes(), NoFar);
+  tile.WithTents &= ~(std::uint64_t{ 1 } << block);
 }
 
 /// Layers of a coarse grid whose weight and colours are less, such as tails of kernels between two
@@ -482,29 +532,22 @@ SURFELSPLATTING_INLINE LayerGaps FindGaps(const ZRange& range, const Lanes& far,
   return { bands, Select(leaks, behind - share * behind, behind), leaks };
 }
 
+/// The share of layers that stays open over gaps. @param bands at most LargestGap
+SURFELSPLATTING_INLINE Lanes KeepOver(const Lanes& bands)
+{
+  return Select(bands < LargestGap, ExpOfMinus(bands), 0.0f);
+}
+
 /// Lets the chosen layers leak.
-SURFELSPLATTING_INLINE void LeakOver(PixelTile& tile, int block, const Lanes& bands,
+SURFELSPLATTING_INLINE void LeakOver(PixelTile& tile, int block, const Lanes& keep,
   const LaneMask& chosen, const RasterSettings& settings, const RasterCallbacks& callbacks)
 {
-  if (!Any(chosen & (bands < LargestGap)))
+  if (!Any(chosen & (keep > 0.0f)))
   {
     LeakLayers<true>(tile, block, chosen, 0.0f, settings, callbacks);
     return;
   }
-  const Lanes keep = Select(bands < LargestGap, ExpOfMinus(bands), 0.0f);
   LeakLayers<false>(tile, block, chosen, keep, settings, callbacks);
-}
-
-/// What a tent adds to a layer. It may be as heavy as a layer, so it is added as if in many small
-/// parts, of which each counts the square of the room. What neighbouring cells add then hardly
-/// depends on their order.
-/// @param free what is left up to FullOfTents at the tent's lens point, >= 0
-SURFELSPLATTING_INLINE Lanes LimitTent(const Lanes& weight, const Lanes& free)
-{
-  constexpr float knee = RippleOfTents;
-  const Lanes whole = Smaller(weight, Larger(free - knee, 0.0f));
-  const Lanes rest = weight - whole, left = Smaller(free, knee);
-  return whole + left * left * rest / (knee * knee + left * rest);
 }
 }
 }

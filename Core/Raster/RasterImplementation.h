@@ -101,7 +101,12 @@ unsigned int HiddenFrom(
   const LaneMask done = through <= MinTransmittance;
   // Of a layer that covers all, keep^4 < MinTransmittance is not composited over this gap.
   constexpr float gap = 1.6f, keep = 0.2019f; // exp(-gap)
-  const LaneMask ended = Lanes::Load(open.Far) < near - gap * LeakBand({ near, near }, settings);
+  Lanes last = Lanes::Load(open.Far);
+  if (HasTents(tile, block))
+  {
+    last = Larger(Lanes::Load(tile.Tents[block].Farther), last);
+  }
+  const LaneMask ended = last < near - gap * LeakBand({ near, near }, settings);
   if (!Any(ended))
   {
     return done.ToBits();

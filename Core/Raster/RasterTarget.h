@@ -59,6 +59,15 @@ struct alignas(64) LensLayers
   float SeenX[PixelsPerBlock], SeenY[PixelsPerBlock]; ///< sum w o T(u) u
 };
 
+/// Two surfaces in one open layer, which tents show: they end at different depths, or find no room.
+struct alignas(64) TentLayers
+{
+  float Farther[PixelsPerBlock];       ///< LayerEnds
+  float FartherWeight[PixelsPerBlock]; ///< LayerEnds::Weight
+  /// What there was no room for: sum w, sum w u.
+  float Refused[PixelsPerBlock], RefusedX[PixelsPerBlock], RefusedY[PixelsPerBlock];
+};
+
 /// What else is known about the layers of a coarse grid's cells (Tent.h).
 struct alignas(64) CoarseLayers
 {
@@ -112,11 +121,13 @@ struct PixelTile
   CoarseLayers Coarse[BlocksPerTile];
   FinishedLayers Finished[BlocksPerTile];
   DoubtedLayers Doubted[BlocksPerTile]; ///< with RasterSettings::Doubts only
+  TentLayers Tents[BlocksPerTile];      ///< of blocks WithTents
   /// Bit i: no pixel of block i lets more than MinTransmittance through. With
   /// RasterSettings::SkipHidden nothing more is added to the block.
   std::uint64_t Opaque;
   /// Bit i: T depends on the point of the lens in block i; fragments are weighted with it.
   std::uint64_t Tilted;
+  std::uint64_t WithTents; ///< bit i: block i has TentLayers
 };
 static_assert(BlocksPerTile == 64, "a bit of PixelTile::Opaque each");
 

@@ -62,6 +62,12 @@ SURFELSPLATTING_INLINE Real Uniform(double x)
   return Real{} + x;
 }
 
+/// For formulas that serve Lanes (Lanes.h) as well.
+SURFELSPLATTING_INLINE double Select(bool chosen, double a, double b)
+{
+  return chosen ? a : b;
+}
+
 /// Converts the lanes to another type; rounds towards zero if it is an integer type.
 template <class To, class From>
 SURFELSPLATTING_INLINE To ConvertLanes(const From& x)

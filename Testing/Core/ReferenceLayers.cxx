@@ -68,8 +68,7 @@ void ReferenceLayers::Prepare(const ReferenceFragment& f)
   }
   if (f.IsTent)
   {
-    const double share = f.Weight / std::max(this->Weight + f.Weight, 1e-30);
-    this->Far = begin + std::min(1.0, 3.0 * share) * (f.Far - begin);
+    this->Far = f.Far; // of one tent
     return;
   }
   const double begins = std::max(0.0, 1.0 - 2.0 * this->Weight);

@@ -209,8 +209,8 @@ TEST_CASE("Tails in gaps")
   }
 }
 
-/// A tent takes its layer's end to its own by three times its share of the layer, or wholly.
-TEST_CASE("Ends of tents")
+/// Two tents that end at different depths give their layer two ends, in either order.
+TEST_CASE("Ends of two tents")
 {
   Tent wide{};
   wide.InverseCell = 1.0f / 64.0f;
@@ -237,14 +237,128 @@ TEST_CASE("Ends of tents")
         AddTent(SelectRasterTarget(), *tile, wideFirst ? narrow : wide, place, settings);
         for (int x = 0; x < BlockSize; ++x)
         {
-          const double first = cover * (1.0 - x / 64.0), second = 0.03 * (1.0 - x / 8.0);
-          const double share = (wideFirst ? second : first) / (first + second);
-          const double from = wideFirst ? 2.0 : 4.0, to = wideFirst ? 4.0 : 2.0;
-          CHECK_NEAR(tile->Open[0].Far[x], from + std::min(1.0, 3.0 * share) * (to - from), 1e-6);
+          CHECK_NEAR(tile->Open[0].Far[x], 2.0, 1e-6);
+          CHECK_NEAR(tile->Tents[0].Farther[x], 4.0, 1e-6);
+          CHECK_NEAR(tile->Tents[0].FartherWeight[x], 0.03 * (1.0 - x / 8.0), 1e-6);
         }
       }
     }
   }
+}
+
+/// Of three ends two become one: the mean end stays, and a tent of hardly any weight changes
+/// nothing.
+TEST_CASE("Ends of many tents")
+{
+  Random random(5);
+  for (int i = 0; i < 1000; ++i)
+  {
+    LayerEnds<double> ends{ 0, 0, 0 };
+    double weight = 0.0, sum = 0.0;
+    for (int k = 0; k < 12; ++k)
+    {
+      const double end = random.Uniform(1.0, 5.0), added = random.Uniform(0.01, 0.3);
+      const LayerEnds<double> same = AddEnd(ends, weight, end, 1e-12);
+      ends = AddEnd(ends, weight, end, added);
+      weight += added;
+      sum += added * end;
+      CHECK(ends.Far <= ends.Farther);
+      CHECK(ends.Weight >= 0.0);
+      CHECK(ends.Weight <= weight * (1.0 + 1e-12));
+      CHECK_NEAR((weight - ends.Weight) * ends.Far + ends.Weight * ends.Farther, sum, 1e-9);
+      if (k > 1)
+      {
+        const LayerEnds<double> again = AddEnd(same, weight - added, end, added);
+        CHECK_NEAR(again.Far, ends.Far, 1e-6);
+        CHECK_NEAR(again.Farther, ends.Farther, 1e-6);
+        CHECK_NEAR(again.Weight, ends.Weight, 1e-6);
+      }
+    }
+  }
+}
+
+/// What shines through two tents, of which the second joins the first to a splat behind both.
+double ThroughJoint(float joint)
+{
+  RasterSettings settings{ 9.0f, 1e30f };
+  settings.LensRadius = 0.1f * Blur;
+  settings.SetShape({});
+  const PixelBox all{ 0, 0, TileSize, TileSize };
+  const auto tile = EmptyTile();
+  Tent tent{};
+  tent.InverseCell = 1.0f / 1024.0f;
+  tent.Opacity = 1.0f;
+  tent.Weight = 0.3f;
+  tent.Near = 1.0f;
+  tent.Far = tent.Depth = 2.0f;
+  AddTent(SelectRasterTarget(), *tile, tent, { all, 0.5f, 0.5f }, settings);
+  if (joint > 0.0f)
+  {
+    tent.Weight = joint;
+    tent.Far = 8.0f;
+    AddTent(SelectRasterTarget(), *tile, tent, { all, 0.5f, 0.5f }, settings);
+  }
+  tent.Weight = 0.3f;
+  tent.Near = 7.0f;
+  tent.Far = 8.0f;
+  AddTent(SelectRasterTarget(), *tile, tent, { all, 0.5f, 0.5f }, settings);
+  SelectRasterTarget().CloseAll(*tile, settings, Nobody);
+  return tile->Finished[0].Transmittance[0];
+}
+
+/// Two layers let the product through, one layer the rest of the sum. From one to the other it goes
+/// with the joint's share, without a jump, and is there at ShareOfJoint.
+TEST_CASE("Joints fade in")
+{
+  CHECK_NEAR(ThroughJoint(0.0f), 0.7 * 0.7, 2e-3);
+  double last = ThroughJoint(0.0f);
+  constexpr float step = 1.0f / 256.0f;
+  for (int i = 1; i <= 60; ++i)
+  {
+    const float joint = step * static_cast<float>(i);
+    const double through = ThroughJoint(joint);
+    // Over the last LeastGap nothing leaks.
+    CHECK(std::abs(through - last) < 4.0 * step);
+    const double whole = 1.0 - 0.6 - joint;
+    if (joint / (0.3 + joint) > ShareOfJoint + 0.01f)
+    {
+      CHECK_NEAR(through, whole, 1e-3);
+    }
+    else
+    {
+      CHECK(through > whole - 1e-3);
+    }
+    last = through;
+  }
+}
+
+/// A wall and half a leaf before it in one layer cover all of the lens, though the wall has room
+/// beside the leaf only.
+TEST_CASE("A wall behind half a leaf")
+{
+  const RasterTarget& target = SelectRasterTarget();
+  RasterSettings settings{ 9.0f, 1e30f };
+  settings.LensRadius = 0.1f * Blur;
+  settings.SetShape({});
+  const auto tile = EmptyTile();
+  const PixelBox all{ 0, 0, TileSize, TileSize };
+  Tent tent{};
+  tent.InverseCell = 1.0f / 1024.0f;
+  tent.Opacity = 1.0f;
+  tent.Near = 2.0f;
+  tent.Far = tent.Depth = 3.0f;
+  tent.Weight = 0.5f;
+  tent.PointX = 0.424f; // of half a disc
+  tent.XX = 0.07f;
+  tent.YY = 0.25f;
+  AddTent(target, *tile, tent, { all, 0.5f, 0.5f }, settings);
+  tent.Weight = 1.0f;
+  tent.PointX = 0.0f;
+  tent.XX = 0.25f;
+  AddTent(target, *tile, tent, { all, 0.5f, 0.5f }, settings);
+  CHECK(tile->Tents[0].Refused[0] > 0.1f);
+  target.CloseAll(*tile, settings, Nobody);
+  CHECK(tile->Finished[0].Transmittance[0] < 0.02f);
 }
 
 /// As a layer becomes heavier, no more than its weight is added: it joins what follows at first,
