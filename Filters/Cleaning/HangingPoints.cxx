@@ -78,6 +78,7 @@ Eigen::Vector3d SightOf(const LocalCloud& cloud, int i, vtkDataArray* toScanner)
 
 enum Hanging : unsigned char
 {
+  Unknown,
   HangsNot,
   InSight, // its line of sight says so
   InHalo   // if the cloud has any
@@ -239,8 +240,9 @@ private:
 };
 
 /// Whether so many points are in halos that the cloud has them. Collective; false if stopped.
+/// @param hangs [n] Hanging; changed where it is unknown, of the points that tell
 bool HasHalos(const CleaningProblem& problem, bool running, const HangingTest& test,
-  const std::vector<unsigned char>& stray)
+  std::vector<unsigned char>& hangs)
 {
   const double total = std::max(HaloSamples, static_cast<double>(problem.Total()));
   const std::vector<int> samples = problem.Samples(HaloSamples / total);
@@ -250,8 +252,9 @@ bool HasHalos(const CleaningProblem& problem, bool running, const HangingTest& t
     NearCloud near;
     for (; k < end; ++k)
     {
-      const int i = samples[k];
-      inHalo[k] = !stray[i] && test.Find(i, neighbors, near) == InHalo ? 1.0f : 0.0f;
+      unsigned char& found = hangs[samples[k]];
+      found = found == Unknown ? test.Find(samples[k], neighbors, near) : found;
+      inHalo[k] = found == InHalo ? 1.0f : 0.0f;
     }
   });
   return problem.Gather(running, inHalo) &&
@@ -271,19 +274,21 @@ bool FindHangingPoints(const CleaningProblem& problem, bool running,
 {
   const SearchedCloud& searched = problem.Searched;
   const HangingTest test(searched, distances, toScanner);
-  const bool hasHalos = HasHalos(problem, running, test, stray);
+  std::vector<unsigned char> hangs(stray.size());
+  std::transform(stray.begin(), stray.end(), hangs.begin(),
+    [](unsigned char isStray) { return isStray ? HangsNot : Unknown; });
+  const bool hasHalos = HasHalos(problem, running, test, hangs);
   if (!running || !(hasHalos || toScanner))
   {
     return running;
   }
   const int count = searched.Cloud.Size();
-  std::vector<unsigned char> hangs(count, 0);
   running = ParallelFor(count, progress.Part(0.0, 0.9), [&](vtkIdType begin, vtkIdType end) {
     Neighbors neighbors;
     NearCloud near;
     for (int i = static_cast<int>(begin); i < end; ++i)
     {
-      const Hanging found = stray[i] ? HangsNot : test.Find(i, neighbors, near);
+      const unsigned char found = hangs[i] == Unknown ? test.Find(i, neighbors, near) : hangs[i];
       hangs[i] = found == InSight || (found == InHalo && hasHalos) ? 1 : 0;
     }
   });
