@@ -62,17 +62,27 @@ constexpr int HaloNeighbors = 16 * StrayNeighbors;
 constexpr float AsSparse = 1.0f / 1.5f;
 constexpr double ThickSet = 0.7;
 
-/// The unit vector to the scanner. NaN where it is not known.
-Eigen::Vector3d SightOf(const LocalCloud& cloud, int i, vtkDataArray* toScanner)
+/// Points have the same scanner if their places of it differ by less than this part of the way to
+/// it. A curtain is of one scanner: where so many of StrayNeighbors points are as sparse and have
+/// another one, or none, these lie in a surface.
+constexpr double SamePlace = 0.01;
+constexpr int LeastOfOthers = StrayNeighbors / 4;
+
+/// The way to the scanner; NaN if none is known. As floats, which is what other processes get.
+Eigen::Vector3d WayOf(const LocalCloud& cloud, int i, vtkDataArray* toScanner)
 {
   double way[3] = { NAN, NAN, NAN };
   if (toScanner)
   {
     toScanner->GetTuple(cloud.InputIds[i], way);
   }
-  // As floats, which is what other processes get.
-  const Eigen::Vector3d sight =
-    Eigen::Vector3f(way[0], way[1], way[2]).cast<double>().stableNormalized();
+  return Eigen::Vector3f(way[0], way[1], way[2]).cast<double>();
+}
+
+/// The unit vector to the scanner. NaN where it is not known.
+Eigen::Vector3d SightOf(const LocalCloud& cloud, int i, vtkDataArray* toScanner)
+{
+  const Eigen::Vector3d sight = WayOf(cloud, i, toScanner).stableNormalized();
   return std::abs(sight.squaredNorm() - 1.0) < 0.5 ? sight : Eigen::Vector3d::Constant(NAN);
 }
 
@@ -263,9 +273,22 @@ bool HasHalos(const CleaningProblem& problem, bool running, const HangingTest& t
 }
 }
 
-bool IsCurtain(const LocalCloud& cloud, int i, vtkDataArray* toScanner, const PointSpread& spread)
+bool IsCurtain(const LocalCloud& cloud, int i, const std::vector<int>& sparse,
+  vtkDataArray* toScanner, const PointSpread& spread)
 {
-  return std::abs(SightOf(cloud, i, toScanner).dot(spread.Axes.col(0))) < CurtainSine;
+  if (!(std::abs(SightOf(cloud, i, toScanner).dot(spread.Axes.col(0))) < CurtainSine))
+  {
+    return false;
+  }
+  const auto placeOf = [&](int j) {
+    const Eigen::Vector3f p(cloud.Position(j));
+    return Eigen::Vector3d(p.cast<double>() + WayOf(cloud, j, toScanner));
+  };
+  const Eigen::Vector3d place = placeOf(i);
+  const double limit = SamePlace * WayOf(cloud, i, toScanner).norm();
+  const auto others = std::count_if(
+    sparse.begin(), sparse.end(), [&](int j) { return !((placeOf(j) - place).norm() < limit); });
+  return others < LeastOfOthers;
 }
 
 bool FindHangingPoints(const CleaningProblem& problem, bool running,

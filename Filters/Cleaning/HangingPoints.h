@@ -31,8 +31,12 @@ struct CleaningProblem;
 struct LocalCloud;
 struct PointSpread;
 
-/// Whether the plane about a point contains the line of sight. False if the scanner is not known.
-bool IsCurtain(const LocalCloud& cloud, int i, vtkDataArray* toScanner, const PointSpread& spread);
+/// Whether the plane about a point contains the line of sight, and only its own scanner has seen
+/// it: a roof seen at a grazing angle is sparse, too. False if the scanner is not known.
+/// @param sparse those of its nearest StrayNeighbors points that are as sparse
+/// @param spread of all of them
+bool IsCurtain(const LocalCloud& cloud, int i, const std::vector<int>& sparse,
+  vtkDataArray* toScanner, const PointSpread& spread);
 
 /// Collective, if several processes clean the cloud.
 /// @param distances [n] mean distance to the nearest StrayNeighbors points, world units

@@ -12,6 +12,7 @@
 #include <atomic>
 #include <cmath>
 #include <cstddef>
+#include <iterator>
 #include <memory>
 
 namespace SurfelGeometry
@@ -381,7 +382,14 @@ private:
     NearCloud near;
     this->Searched.Find(i, StrayNeighbors, neighbors);
     LoadNear(this->Cloud, i, neighbors, near);
-    if (neighbors.Count() < StrayNeighbors || !IsCurtain(this->Cloud, i, toScanner, SpreadOf(near)))
+    if (neighbors.Count() < StrayNeighbors)
+    {
+      return false;
+    }
+    std::vector<int> sparse;
+    std::copy_if(neighbors.Ids.begin(), neighbors.Ids.end(), std::back_inserter(sparse),
+      [this](int j) { return this->Distances[j] > this->Sparse; });
+    if (!IsCurtain(this->Cloud, i, sparse, toScanner, SpreadOf(near)))
     {
       return false;
     }

@@ -5,6 +5,7 @@
 
 #include "vtkDoubleArray.h"
 #include "vtkFieldData.h"
+#include "vtkFloatArray.h"
 #include "vtkPointCloudCleaning.h"
 #include "vtkPointsToSurfels.h"
 
@@ -429,6 +430,44 @@ TEST_CASE("One viewpoint")
   surfels->Update();
   CHECK(data->GetNumberOfPoints() - surfels->GetOutput()->GetNumberOfPoints() == all);
   CHECK(surfels->GetCleaning()->GetUseViewpoint() == 0); // as it was before
+}
+
+/// Sparse points in a plane that contains the lines of sight: a curtain, if one scanner has seen
+/// them all.
+TEST_CASE("A far roof that several scanners have seen stays")
+{
+  constexpr int roof = 600, rows = 240, columns = 160;
+  Random random(12);
+  std::vector<Vec> points;
+  for (int k = 0; k < roof; ++k)
+  {
+    const double x = 4.0 * random(), y = 20.0 + 6.0 * random();
+    points.push_back({ x, y, 3.0 });
+  }
+  for (int k = 0; k < rows * columns; ++k) // a loft below it
+  {
+    points.push_back({ 0.025 * (k % columns), 20.0 + 0.025 * (k / columns), 2.45 });
+  }
+  const auto removedOf = [&](int scanners) {
+    const auto data = ToPolyData(points, VTK_DOUBLE);
+    vtkNew<vtkFloatArray> ways;
+    ways->SetName("ToScanner");
+    ways->SetNumberOfComponents(3);
+    for (size_t k = 0; scanners > 0 && k < points.size(); ++k)
+    {
+      const Vec way = Minus({ 2.0 * (k % scanners), -5.0, 2.0 }, points[k]);
+      ways->InsertNextTuple(way.data());
+    }
+    data->GetPointData()->SetVectors(scanners > 0 ? ways.GetPointer() : nullptr);
+    vtkNew<vtkPointCloudCleaning> cleaning;
+    const Messages quiet(cleaning);
+    cleaning->SmoothingOff();
+    cleaning->SetInputData(data);
+    cleaning->Update();
+    return cleaning->GetNumberOfStrayPoints();
+  };
+  CHECK(removedOf(1) > roof / 2 + removedOf(0));
+  CHECK(removedOf(3) == removedOf(0)); // as of a scan whose scanners are not known
 }
 
 TEST_CASE("Several processes remove the same points")
