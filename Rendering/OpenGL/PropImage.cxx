@@ -256,9 +256,9 @@ bool PropImage::ReadImage(const PassFrame& frame, bool shares, vtkRenderPass* de
     this->Image.Margin = 0;
   }
   this->HasBackdrop = this->IsBlurred() && this->FindBackdrop();
-  if (this->IsBlurred() && this->Image.Antialiased)
+  if (this->IsBlurred())
   {
-    this->MakeEdgesOpaque();
+    this->MakeMixedOpaque();
   }
   const bool isWide = shares || this->Image.Margin > 0;
   if (isWide)
@@ -321,9 +321,9 @@ bool PropImage::ReadMargin(const PassFrame& frame)
 }
 
 /// VTK does not multiply a background by its alpha, which is 0 unless told otherwise. An
-/// antialiased edge before it has the colour of both and the prop's alpha: too much light for so
-/// little alpha.
-void PropImage::MakeEdgesOpaque()
+/// antialiased edge before it, or a translucent prop that is forced to be opaque, has the colour of
+/// both and the prop's alpha: too much light for so little alpha.
+void PropImage::MakeMixedOpaque()
 {
   SMPExecutor().For(this->Distances.size(), PixelsAtATime, [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p)

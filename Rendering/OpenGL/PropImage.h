@@ -128,7 +128,7 @@ private:
   bool DrawWide(
     const PassFrame& frame, const std::vector<vtkProp*>& props, vtkRenderPass* delegate);
   bool ReadMargin(const PassFrame& frame);
-  void MakeEdgesOpaque();
+  void MakeMixedOpaque();
   void PlaceMiddle(const PassFrame& frame);
   bool FindBackdrop() const;
   void MixPixels(const SplattedPicture& picture, std::size_t begin, std::size_t end);

@@ -270,6 +270,19 @@ def test_antialiased_edges_before_bright_backgrounds():
         assert psnr(seen, truth) > 44, (linear, psnr(seen, truth))
 
 
+def test_forced_opaque_before_bright_backgrounds():
+    """What VTK has blended with a background whose alpha is 0 has the colour of both."""
+    def film():
+        actor = mesh_actor(plane(0.0, 0.7), (0.1, 0.1, 0.1))
+        actor.GetProperty().SetOpacity(0.4)
+        actor.ForceOpaqueOn()
+        return [actor]
+    for samples in (0, 8):
+        seen = picture(film(), 3.5, 12, background=(0.6, 0.6, 0.6), samples=samples)
+        assert seen[80][80] == (102, 102, 102), (samples, seen[80][80])  # 0.4 * 0.1 + 0.6 * 0.6
+        assert max(p[0] for row in seen for p in row) == 153, samples
+
+
 def light(code):
     return code / 12.92 if code <= 0.04045 else ((code + 0.055) / 1.055) ** 2.4
 
