@@ -84,10 +84,13 @@ bool CleaningExecution::CleanRegion(SurfelSplatting::Ranks& ranks, const Partiti
     sharing.IsOwn.push_back(cloud.IsInRegion(id) ? 1 : 0);
   }
   sharing.Gather = [&ranks](bool running, std::vector<float>& values) {
-    SurfelSplatting::Message message;
-    SurfelSplatting::Put(values.data(), values.size(), message);
-    values.clear();
-    for (const SurfelSplatting::Message& other : ranks.Share(message))
+    const auto pack = [&values] {
+      SurfelSplatting::Message message;
+      SurfelSplatting::Put(values.data(), values.size(), message);
+      values.clear();
+      return message;
+    };
+    for (const SurfelSplatting::Message& other : ranks.Share(pack))
     {
       const size_t at = values.size(), more = other.size() / sizeof(float);
       values.resize(at + more);

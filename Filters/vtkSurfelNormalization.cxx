@@ -226,10 +226,9 @@ private:
       sharing.IsOwn.push_back(region.IsInRegion(id) ? 1 : 0);
     }
     sharing.Sum = [&ranks](bool running, SumMoments& moments) {
-      SurfelSplatting::Message message;
-      SurfelSplatting::Put(moments, message);
+      const auto pack = [own = moments] { return SurfelSplatting::MessageOf(own); };
       moments = SumMoments();
-      for (const SurfelSplatting::Message& other : ranks.Share(message))
+      for (const SurfelSplatting::Message& other : ranks.Share(pack))
       {
         moments.Add(SurfelSplatting::MessageReader(other).Get<SumMoments>());
       }

@@ -8,26 +8,25 @@
 
 namespace SurfelSplatting
 {
-std::vector<Message> Ranks::Share(const Message& message)
+std::vector<Message> Ranks::Share(const Packing& pack)
 {
   std::vector<Message> messages;
-  this->DoOwn([&] { messages.assign(static_cast<std::size_t>(this->Size()), message); });
+  this->DoOwn([&] { messages.assign(static_cast<std::size_t>(this->Size()), pack()); });
   return this->Exchange(std::move(messages));
 }
 
-Message Ranks::FromRoot(const Message& message)
+Message Ranks::FromRoot(const Packing& pack)
+{
+  return this->Share([&] { return this->IsRoot() ? pack() : Message(); })[0];
+}
+
+std::vector<Message> Ranks::ToRoot(const Packing& pack)
 {
   std::vector<Message> messages;
   this->DoOwn([&] {
-    messages.assign(static_cast<std::size_t>(this->Size()), this->IsRoot() ? message : Message());
+    messages.resize(static_cast<std::size_t>(this->Size()));
+    messages[0] = pack();
   });
-  return this->Exchange(std::move(messages))[0];
-}
-
-std::vector<Message> Ranks::ToRoot(Message message)
-{
-  std::vector<Message> messages(static_cast<std::size_t>(this->Size()));
-  messages[0] = std::move(message);
   messages = this->Exchange(std::move(messages));
   if (!this->IsRoot())
   {
@@ -38,10 +37,8 @@ std::vector<Message> Ranks::ToRoot(Message message)
 
 double Ranks::Largest(double value)
 {
-  Message message;
-  Put(value, message);
   double largest = value;
-  for (const Message& m : this->Share(message))
+  for (const Message& m : this->Share([&] { return MessageOf(value); }))
   {
     largest = std::max(largest, MessageReader(m).Get<double>());
   }
@@ -81,8 +78,6 @@ void Ranks::DoOwn(const std::function<void()>& work)
 
 double Ranks::RootValue(double value)
 {
-  Message message;
-  Put(value, message);
-  return MessageReader(this->FromRoot(message)).Get<double>();
+  return MessageReader(this->FromRoot([&] { return MessageOf(value); })).Get<double>();
 }
 }

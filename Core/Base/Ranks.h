@@ -41,14 +41,20 @@ public:
 
   bool IsRoot() const { return this->Rank() == 0; }
 
-  /// Sends the same message to all ranks, and returns the messages of all: [sender].
-  std::vector<Message> Share(const Message& message);
+  /// Makes a message. A rank that lacks memory for its own tells all others.
+  using Packing = std::function<Message()>;
 
-  /// Returns the message of rank 0 on all ranks.
-  Message FromRoot(const Message& message);
+  /// Sends the same message to all ranks, and returns the messages of all: [sender].
+  /// @throw RanksLackMemory, DamagedMemory
+  std::vector<Message> Share(const Packing& pack);
+
+  /// Returns the message of rank 0 on all ranks; the others make none.
+  /// @throw RanksLackMemory, DamagedMemory
+  Message FromRoot(const Packing& pack);
 
   /// Returns the messages of all ranks on rank 0, and nothing on the others.
-  std::vector<Message> ToRoot(Message message);
+  /// @throw RanksLackMemory, DamagedMemory
+  std::vector<Message> ToRoot(const Packing& pack);
 
   bool Any(bool value) { return !this->All(!value); }
   double Largest(double value);
@@ -78,6 +84,15 @@ template <typename T>
 void Put(const T& value, Message& message)
 {
   Put(&value, 1, message);
+}
+
+/// A message of one value.
+template <typename T>
+Message MessageOf(const T& value)
+{
+  Message message;
+  Put(value, message);
+  return message;
 }
 
 /// Reads values from a message in the order in which they were put.

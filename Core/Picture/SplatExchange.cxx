@@ -155,12 +155,17 @@ Header HeaderOf(const Message& message)
 
 void SplatExchange::ChooseBands(int width, int height, const SplatList& list)
 {
-  std::vector<std::uint64_t> costs = CostOfTiles(width, height, list);
-  Message message;
-  Put(costs.data(), costs.size(), message);
-  std::fill(costs.begin(), costs.end(), 0);
+  std::vector<std::uint64_t> costs;
+  const auto pack = [&] {
+    costs = CostOfTiles(width, height, list);
+    Message message;
+    Put(costs.data(), costs.size(), message);
+    std::fill(costs.begin(), costs.end(), 0);
+    this->Bands.reserve(static_cast<std::size_t>(this->Group.Size()));
+    return message;
+  };
   std::uint64_t total = 0;
-  for (const Message& other : this->Group.Share(message))
+  for (const Message& other : this->Group.Share(pack))
   {
     MessageReader reader(other);
     for (std::uint64_t& cost : costs)
@@ -307,9 +312,12 @@ void SplatExchange::Exchange(int width, int height, const Executor& executor, Sp
 
 void SplatExchange::ShareLargest(std::vector<float>& values) const
 {
-  Message own;
-  Put(values.data(), values.size(), own);
-  for (const Message& message : this->Group.Share(own))
+  const auto pack = [&] {
+    Message own;
+    Put(values.data(), values.size(), own);
+    return own;
+  };
+  for (const Message& message : this->Group.Share(pack))
   {
     MessageReader reader(message);
     for (float& value : values)
@@ -323,8 +331,8 @@ void SplatExchange::Collect(const Frame& frame)
 {
   const auto width = static_cast<std::size_t>(frame.Width);
   const RowRange own = this->Rows();
-  Message message;
-  this->Group.DoOwn([&] {
+  const auto pack = [&] {
+    Message message;
     if (!this->Group.IsRoot() && own.Begin < own.End)
     {
       const std::size_t first = width * static_cast<std::size_t>(own.Begin);
@@ -332,8 +340,9 @@ void SplatExchange::Collect(const Frame& frame)
       Put(frame.Color + 4 * first, 4 * count, message);
       Put(frame.Depth + first, count, message);
     }
-  });
-  const std::vector<Message> messages = this->Group.ToRoot(std::move(message));
+    return message;
+  };
+  const std::vector<Message> messages = this->Group.ToRoot(pack);
   for (std::size_t rank = 1; rank < messages.size(); ++rank)
   {
     const RowRange& rows = this->Bands[rank];

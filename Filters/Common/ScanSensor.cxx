@@ -81,10 +81,10 @@ std::vector<Piece> ReadPieces(vtkPointSet* points, SurfelSplatting::Ranks* ranks
   std::vector<Piece> pieces = { ReadPiece(points) };
   if (ranks)
   {
-    SurfelSplatting::Message message;
-    SurfelSplatting::Put(pieces[0], message);
+    const Piece own = pieces[0];
     pieces.clear();
-    for (const SurfelSplatting::Message& other : ranks->Share(message))
+    for (const SurfelSplatting::Message& other :
+      ranks->Share([&] { return SurfelSplatting::MessageOf(own); }))
     {
       pieces.push_back(SurfelSplatting::MessageReader(other).Get<Piece>());
     }

@@ -19,6 +19,7 @@
 #include <utility>
 
 using SurfelSplatting::Message;
+using SurfelSplatting::MessageOf;
 using SurfelSplatting::MessageReader;
 using SurfelSplatting::Put;
 
@@ -53,6 +54,26 @@ double SpacingIn(const std::vector<float>& sample, const CloudRegion& region, st
   const double diagonal = std::hypot(upper[0] - lower[0], upper[1] - lower[1], upper[2] - lower[2]);
   return diagonal / std::sqrt(std::max(1.0, static_cast<double>(inside.size() * step)));
 }
+
+/// The regions of all ranks and their spacings, from every step-th point of each rank.
+Message PackRegions(const std::vector<Message>& samples, std::size_t step)
+{
+  std::vector<float> sample;
+  for (const Message& other : samples)
+  {
+    const std::size_t at = sample.size(), more = other.size() / sizeof(float);
+    sample.resize(at + more);
+    MessageReader(other).Get(sample.data() + at, more);
+  }
+  const std::vector<CloudRegion> regions = CutEvenly(sample, static_cast<int>(samples.size()));
+  Message message;
+  Put(regions.data(), regions.size(), message);
+  for (const CloudRegion& region : regions)
+  {
+    Put(SpacingIn(sample, region, step), message);
+  }
+  return message;
+}
 }
 
 PartitionedCloud::PartitionedCloud(SurfelSplatting::Ranks& ranks, vtkPointSet* input)
@@ -73,10 +94,8 @@ void PartitionedCloud::ShareOrigin(vtkPointSet* input)
     own.Count = FindBounds(points, own.Lower, own.Upper);
     this->NonFinite = points->GetNumberOfPoints() - own.Count;
   }
-  Message message;
-  Put(own, message);
   CloudSummary all{};
-  for (const Message& other : this->Group.Share(message))
+  for (const Message& other : this->Group.Share([&] { return MessageOf(own); }))
   {
     const auto part = MessageReader(other).Get<CloudSummary>();
     if (part.Count == 0)
@@ -106,37 +125,22 @@ void PartitionedCloud::ShareOrigin(vtkPointSet* input)
 void PartitionedCloud::Cut()
 {
   const std::size_t count = this->Positions.size() / 3;
-  Message message;
-  Put(static_cast<vtkIdType>(count), message);
-  for (const Message& other : this->Group.Share(message))
+  for (const Message& other :
+    this->Group.Share([&] { return MessageOf(static_cast<vtkIdType>(count)); }))
   {
     this->FirstIds.push_back(this->Total);
     this->Total += MessageReader(other).Get<vtkIdType>();
   }
   const auto step = static_cast<std::size_t>(std::max<vtkIdType>(1, this->Total / SampleSize));
-  message.clear();
-  for (std::size_t i = 0; i < count; i += step)
-  {
-    Put(this->Positions.data() + 3 * i, 3, message);
-  }
-  std::vector<float> sample;
-  for (const Message& other : this->Group.ToRoot(std::move(message)))
-  {
-    const std::size_t at = sample.size(), more = other.size() / sizeof(float);
-    sample.resize(at + more);
-    MessageReader(other).Get(sample.data() + at, more);
-  }
-  message.clear();
-  if (this->Group.IsRoot())
-  {
-    const std::vector<CloudRegion> regions = CutEvenly(sample, this->Group.Size());
-    Put(regions.data(), regions.size(), message);
-    for (const CloudRegion& region : regions)
+  const std::vector<Message> samples = this->Group.ToRoot([&] {
+    Message message;
+    for (std::size_t i = 0; i < count; i += step)
     {
-      Put(SpacingIn(sample, region, step), message);
+      Put(this->Positions.data() + 3 * i, 3, message);
     }
-  }
-  message = this->Group.FromRoot(message);
+    return message;
+  });
+  const Message message = this->Group.FromRoot([&] { return PackRegions(samples, step); });
   MessageReader reader(message);
   this->Regions.resize(static_cast<std::size_t>(this->Group.Size()));
   this->Spacings.resize(this->Regions.size());
@@ -234,10 +238,9 @@ vtkSmartPointer<vtkPolyData> PartitionedCloud::Unpack(
 vtkSmartPointer<vtkPolyData> PartitionedCloud::Fetch(
   double haloWidth, const std::vector<Array>& arrays)
 {
-  Message message;
-  Put(this->Region().Grown(haloWidth), message);
   std::vector<Message> messages;
-  for (const Message& other : this->Group.Share(message))
+  for (const Message& other :
+    this->Group.Share([&] { return MessageOf(this->Region().Grown(haloWidth)); }))
   {
     messages.push_back(this->PackInside(MessageReader(other).Get<CloudRegion>(), arrays));
   }

@@ -190,7 +190,7 @@ bool SharedOrientation::Orient(const LocalCloud& cloud, const NeighborGraph& gra
   OrientationResult& result)
 {
   std::vector<Message> messages =
-    this->Group.ToRoot(this->PackRegion(cloud, graph, fits, settings.Facings));
+    this->Group.ToRoot([&] { return this->PackRegion(cloud, graph, fits, settings.Facings); });
   std::vector<Message> answers(static_cast<size_t>(this->Group.Size()));
   if (this->Group.IsRoot())
   {

@@ -445,7 +445,7 @@ void PropImage::Gather(Ranks& ranks, Message own, bool hasProps, const DepthRang
   {
     this->Color.clear();
   }
-  for (const Message& pixels : ranks.ToRoot(std::move(own)))
+  for (const Message& pixels : ranks.ToRoot([&] { return std::move(own); }))
   {
     this->AddPixels(pixels);
   }

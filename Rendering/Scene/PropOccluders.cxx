@@ -40,16 +40,16 @@ const float* PropOccluders::SplatBlurredPixels(
 const float* PropOccluders::ShareDepth(const SceneView& view, const float* depth, Ranks& ranks)
 {
   const std::size_t pixels = NumberOfPixels(view);
-  ranks.DoOwn([&] {
-    this->RootDepth.clear();
+  this->RootDepth = ranks.FromRoot([&] {
+    Message message;
     if (depth && std::any_of(depth, depth + pixels, [](float distance) {
           return distance < std::numeric_limits<float>::infinity();
         }))
     {
-      Put(depth, pixels, this->RootDepth);
+      Put(depth, pixels, message);
     }
+    return message;
   });
-  this->RootDepth = ranks.FromRoot(this->RootDepth);
   return this->RootDepth.empty() ? nullptr : reinterpret_cast<const float*>(this->RootDepth.data());
 }
 }

@@ -3,6 +3,7 @@
  * A rank that lacks memory for a message, or for anything: all ranks throw, and none waits for it.
  * The program's own operator new refuses what is too large for a thread.
  */
+#include "Core/Picture/SplatExchange.h"
 #include "Parallel/ControllerRanks.h"
 #include "ThreadController.h"
 
@@ -88,9 +89,30 @@ TEST_CASE("No memory for copies of a message")
   const auto share = [](Ranks& ranks, std::size_t largest) {
     const Message own(Long, 1);
     Largest = largest;
-    ranks.Share(own);
+    ranks.Share([&] { return own; });
   };
   CHECK(CountThrows(Unlimited, share) == 0);
   CHECK(CountThrows(Long / 2, share) == 3);
+}
+
+/// A rank has no memory for the message that it is to make.
+TEST_CASE("No memory to make a message")
+{
+  const auto make = [] { return Message(Long, 1); };
+  const auto toRoot = [&](Ranks& ranks, std::size_t largest) {
+    Largest = largest;
+    const std::vector<Message> received = ranks.ToRoot(make);
+    CHECK(received.size() == (ranks.IsRoot() ? 3 : 0));
+  };
+  CHECK(CountThrows(Unlimited, toRoot) == 0);
+  CHECK(CountThrows(Long / 2, toRoot) == 3);
+  const auto shareLargest = [](Ranks& ranks, std::size_t largest) {
+    std::vector<float> values(Long, static_cast<float>(ranks.Rank()));
+    Largest = largest;
+    SplatExchange(ranks).ShareLargest(values);
+    CHECK(values == std::vector<float>(Long, 2.0f));
+  };
+  CHECK(CountThrows(Unlimited, shareLargest) == 0);
+  CHECK(CountThrows(Long, shareLargest) == 3);
 }
 }
