@@ -5,6 +5,7 @@ import unittest
 from unittest import mock
 
 import numpy as np
+from vtkmodules.vtkCommonCore import vtkStringArray
 
 from surfelsplatting.clouds.polydata import polydata_of
 from surfelsplatting.clouds.reading import Cloud
@@ -40,6 +41,19 @@ class TestThinning(ToolCase):
             self.assertLess(chosen[-1], 1000)
             np.testing.assert_array_equal(self.thin(every), chosen)  # as before
         self.assertEqual(len(self.thin(5000)), 1)
+
+    def test_words(self):
+        """A file of VTK may name the species of each tree."""
+        data = polydata_of(np.arange(3000.0).reshape(1000, 3), {"intensity": np.arange(1000)})
+        words = vtkStringArray()
+        words.SetName("species")
+        for number in range(1000):
+            words.InsertNextValue(f"tree {number}")
+        data.GetPointData().AddArray(words)
+        thinned = one_of(7, Cloud(data, None)).data.GetPointData()
+        found, numbers = thinned.GetAbstractArray("species"), thinned.GetArray("intensity")
+        self.assertEqual([found.GetValue(i) for i in range(found.GetNumberOfValues())],
+                         [f"tree {numbers.GetValue(i):g}" for i in range(143)])
 
     def test_rows_of_a_scan(self):
         """A fixed one of each run would be of one column, where rows are as long."""

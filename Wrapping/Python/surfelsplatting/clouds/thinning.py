@@ -23,17 +23,30 @@ def _chosen(count, every):
     return np.minimum(first + np.random.default_rng(SEED).integers(0, every, len(first)), count - 1)
 
 
+def _rows_of(array, chosen):
+    """-> array of the chosen rows, under the same name"""
+    if array.IsNumeric():
+        return named_array(array.GetName(), to_numpy(array)[chosen])
+    rows = array.NewInstance()
+    rows.SetName(array.GetName())
+    rows.SetNumberOfComponents(array.GetNumberOfComponents())
+    rows.SetNumberOfTuples(len(chosen))
+    for row, point in enumerate(chosen.tolist()):
+        rows.SetTuple(row, point, array)
+    return rows
+
+
 def copy_rows(source, target, chosen):
-    """Gives a vtkPolyData the numbers that chosen points of another have, under the same names."""
+    """Gives a vtkPolyData the values that chosen points of another have, under the same names."""
     data, copies = source.GetPointData(), target.GetPointData()
     active = ((data.GetScalars(), copies.SetActiveScalars),
               (data.GetNormals(), copies.SetActiveNormals),
               (data.GetVectors(), copies.SetActiveVectors))
     for index in range(data.GetNumberOfArrays()):
-        array = data.GetArray(index)
-        if array is None or array.GetName() is None:
+        array = data.GetAbstractArray(index)
+        if array.GetName() is None:
             continue
-        copies.AddArray(named_array(array.GetName(), to_numpy(array)[chosen]))
+        copies.AddArray(_rows_of(array, chosen))
         for one, activate in active:
             if one is array:
                 activate(array.GetName())
