@@ -231,6 +231,31 @@ class TestLens(PlotterCase):
         self.assertTrue(x > 0.3 and y < -0.3 and z > 0.5, (x, y, z))
         self.assertAlmostEqual(np.linalg.norm((x, y, z)), 1, delta=0.03)
 
+    def test_focus_on_the_surface_in_the_middle(self):
+        """Not the middle of the sphere, at which the camera looks. It is found in the first frame, of the
+        camera that this has, and of an actor where it was moved to."""
+        pl = self.plotter()
+        actor = pl.surfels.add(self.surfels)
+        actor.position = (0, 0, -1)
+        pl.surfels.lens(coc=60)
+        pl.camera_position = [(0, 6, -1), (0, 0, -1), (0, 0, 1)]
+        self.picture(pl)
+        np.testing.assert_allclose(pl.surfels.splatter.GetFocusPoint(), (0, 1, -1), atol=0.03)
+        pl.camera_position = FRONT
+        pl.surfels.lens(coc=30)
+        self.picture(pl)  # as it was
+        np.testing.assert_allclose(pl.surfels.splatter.GetFocusPoint(), (0, 1, -1), atol=0.03)
+
+    def test_focus_of_a_camera(self):
+        """A focal distance of the camera stays; of nothing but meshes its focal point is in focus."""
+        for prepare in (lambda pl: pl.surfels.add(self.surfels) and pl.camera.SetFocalDistance(3),
+                        lambda pl: pl.add_mesh(pv.Sphere())):
+            pl = self.plotter()
+            prepare(pl)
+            pl.surfels.lens(coc=60)
+            self.picture(pl)
+            self.assertEqual(pl.surfels.splatter.GetFocusMode(), pl.surfels.splatter.FOCUS_CAMERA)
+
     def test_subplots_have_their_own(self):
         pl = pv.Plotter(shape=(1, 2), window_size=(480, 180))
         self.addCleanup(pl.close)

@@ -9,9 +9,7 @@ from typing import Any
 import numpy as np
 import pyvista as pv
 
-from ..arrays import checked_size, renderer_of
-from ..views.cameras import View
-from ..views.focus import fronts_of
+from ..arrays import checked_size
 from ..problems import check_names
 from ..surfels import is_surfels
 from .component import ADD_NAMES, ELSEWHERE
@@ -201,22 +199,12 @@ class SurfelAccessor:
                 pl.set_background(background)
             if cpos is not None:
                 kwargs.setdefault("reset_camera", True)
-            actor = pl.surfels.add(self._dataset, **kwargs)
+            pl.surfels.add(self._dataset, **kwargs)
             if cpos is not None:
                 pl.camera_position = cpos
             if coc is not None:
-                middle = _surface_in_the_middle(pl, actor.mapper.dataset)
-                pl.surfels.lens(coc=coc, focus=middle if focus is None else focus)
+                pl.surfels.lens(coc=coc, focus=focus)
             return pl.show(**show_options)
         except BaseException:
             pl.close()
             raise
-
-
-def _surface_in_the_middle(plotter, surfels):
-    """The point of the line of sight in which a photographer would focus; None without any."""
-    camera = plotter.camera
-    view = View(camera.position, camera.focal_point, camera.up, camera.view_angle,
-                tuple(plotter.window_size))
-    [front] = fronts_of([view], renderer_of(surfels, view, False, False))
-    return np.add(camera.position, front * np.array(camera.direction)) if front else None

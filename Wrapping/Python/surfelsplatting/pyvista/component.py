@@ -23,6 +23,7 @@ from ..vtkSurfelReaders import vtkGaussianSplatReader
 from ..vtkSurfelRendering import vtkSurfelSplatter, vtkSurfelSplattingPass
 from .firstview import FirstView
 from .mapper import SurfelMapper
+from .middle import surface_in_the_middle
 from .points import as_one, points_of, surfels_of, with_opacity, with_scalars
 from .readers import read_capture
 
@@ -60,6 +61,7 @@ class SurfelComponent:
         self._plotter_ref = weakref.ref(plotter)
         self._passes: dict[int, vtkSurfelSplattingPass] = {}  # by the renderer's id()
         self._first_views: dict[int, FirstView] = {}  # until the first frame
+        self._unfocused: set[int] = set()  # until the first frame
 
     @property
     def _plotter(self) -> pv.Plotter:
@@ -106,7 +108,7 @@ class SurfelComponent:
 
     def _keep_passes(self, window):
         """Before each frame, undoes that PyVista has replaced a pass; and before the first one, has all
-        be seen that was added."""
+        be seen that was added, and the middle be in focus."""
         reference = weakref.ref(self)
 
         def before_frame(_window, _event):
@@ -117,6 +119,9 @@ class SurfelComponent:
                     _set_pass(renderer, component._passes[id(renderer)])
                 if id(renderer) in component._first_views:
                     component._first_views.pop(id(renderer)).show_others(renderer)
+                if id(renderer) in component._unfocused:
+                    component._unfocused.remove(id(renderer))
+                    component._focus_on_middle(renderer)
 
         window.AddObserver("StartEvent", before_frame)
 
@@ -138,6 +143,12 @@ class SurfelComponent:
 
         """
         return self.render_pass.GetSplatter()
+
+    def _focus_on_middle(self, renderer):
+        splatter = self._passes[id(renderer)].GetSplatter()
+        point = surface_in_the_middle(renderer) if _has_no_focus(splatter, renderer.camera) else None
+        if point is not None:
+            focus_on_point(splatter, None, point)
 
     def add(self, cloud: pv.DataSet | pv.MultiBlock | ArrayLike | str | Path,
             scalars: str | ArrayLike | None = None, *, color: Any = None, rgb: bool | None = None,
@@ -267,8 +278,8 @@ class SurfelComponent:
         focus : sequence[float], optional
             A point ``(x, y, z)`` of the world, or a pixel ``(x, y)`` of the window, counted from
             its lower left corner, as ``plotter.mouse_position`` is. The point, or the surface that
-            the pixel sees, stays in focus when the camera moves. By default the focal point of the
-            camera is in focus.
+            the pixel sees, stays in focus when the camera moves. By default it is the surface of
+            the surfels in the middle of the next frame, unless the camera has a focal distance.
 
         diameter : float, optional
             Diameter of the lens in world units, instead of ``coc``.
@@ -303,11 +314,14 @@ class SurfelComponent:
         camera = self._plotter.camera if renderer.actors else renderer.camera
         lens = Lens(coc, diameter, focus, splatter.GetLensCells() if cells is None else cells)
         _check_camera(camera)
+        self._unfocused.discard(id(renderer))
         if lens.focus is not None:
             point = self._point_at(lens.focus) if lens.focus_is_pixel else lens.focus
             focus_on_point(splatter, camera if renderer.camera_set else None, point)
         if coc is not None or diameter is not None:
             lens.set_size(splatter, camera)
+            if (coc or diameter) and _has_no_focus(splatter, camera):
+                self._unfocused.add(id(renderer))
         splatter.SetLensCells(int(lens.cells))
         if render:
             self._plotter.render()
@@ -423,6 +437,10 @@ def _are_colors(surfels, name):
         return False
     values = surfels.point_data[name]
     return values.dtype == np.uint8 and values.ndim == 2 and values.shape[1] in (3, 4)
+
+
+def _has_no_focus(splatter, camera):
+    return splatter.GetFocusMode() == splatter.FOCUS_CAMERA and not camera.GetFocalDistance()
 
 
 def _check_camera(camera):
