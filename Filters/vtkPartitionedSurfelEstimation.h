@@ -41,7 +41,7 @@ public:
 
   ///@{
   /**
-   * Largest number of points in a part (more if many share a coordinate). Default 4 million, range
+   * Largest number of points in a part (more if many share a coordinate). Default 10 million, range
    * 1000 to 2^30.
    */
   vtkSetClampMacro(PointsPerPart, vtkIdType, 1000, vtkIdType(1) << 30);
@@ -67,7 +67,7 @@ protected:
   int RequestData(vtkInformation* request, vtkInformationVector** inputVector,
     vtkInformationVector* outputVector) override;
 
-  vtkIdType PointsPerPart = 4000000;
+  vtkIdType PointsPerPart = 10000000;
 
 private:
   vtkPartitionedSurfelEstimation(const vtkPartitionedSurfelEstimation&) = delete;

@@ -405,6 +405,6 @@ TEST_CASE("Settings")
   CHECK(partitioned->GetOutput()->GetMTime() > before);
   std::ostringstream text;
   partitioned->Print(text);
-  CHECK(text.str().find("PointsPerPart: 4000000") != std::string::npos);
+  CHECK(text.str().find("PointsPerPart: 10000000") != std::string::npos);
 }
 }

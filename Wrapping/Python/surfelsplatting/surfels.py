@@ -10,11 +10,12 @@ from .backend import vtk
 from .problems import warn_user
 from .vtkarrays import named_array, to_numpy
 from .vtkmessages import errors_of
-from .vtkSurfelFilters import vtkPointsToSurfels, vtkSurfelHierarchy
+from .vtkSurfelFilters import vtkPartitionedSurfelEstimation, vtkPointsToSurfels, vtkSurfelHierarchy
 
 SURFEL_ARRAYS = ("SurfelCovariance", "SurfelAreaVector")
 PLACES, MARKED = "SurfelPlaces", "SurfelMarks"  # field arrays
-HUGE = 10_000_000  # points, of which more go in parts (4.2 GB each), and are drawn by a hierarchy if sharp, too
+# Points, of which more go in parts (4.2 GB each), and are drawn by a hierarchy if sharp, too
+HUGE = vtkPartitionedSurfelEstimation().GetPointsPerPart()
 MODEL = "ModelUp"  # a field array
 SHEET = "ModelIsSheet"  # a field array
 MARKS = 1024  # surfels of which places and kernels are noted
