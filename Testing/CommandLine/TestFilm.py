@@ -319,6 +319,23 @@ class TestMovie(FilmCase):
         said, _ = self.stopped(signal.SIGINT, "-o", "stopped.mp4")
         self.assertIn("pictures are in stopped.frames", said)
 
+    @unittest.skipUnless(shutil.which("ffmpeg"), "ffmpeg is needed")
+    def test_gif(self):
+        """Close to the pictures in spite of its 256 colours; it plays again and again."""
+        words = "--frames", "9", "--rate", "20", "--size", "61", "47", "-o"
+        self.film(*words, "out.gif")
+        self.film(*words, "again.gif")
+        self.film(*words, "pictures")
+        self.assertEqual(content_of("out.gif"), content_of("again.gif"))
+        self.assertIn(b"NETSCAPE2.0\x03\x01\0\0", content_of("out.gif"))
+        films = [np.frombuffer(subprocess.run(
+            ["ffmpeg", "-v", "error", "-i", name, "-f", "rawvideo", "-pix_fmt", "rgb24", "-"],
+            capture_output=True, check=True).stdout, np.uint8).reshape(-1, 47, 61, 3).astype(float)
+            for name in ("out.gif", "pictures/%04d.png")]
+        self.assertEqual([len(film) for film in films], [9, 9])
+        self.assertLess(np.abs(films[0] - films[1]).mean(), 3)
+        self.assertEqual(sorted(os.listdir(".")), ["again.gif", "ball.ply", "out.gif", "pictures"])
+
     def test_without_ffmpeg(self):
         words = [TOOL, "film", "ball.ply", "-o", "out.mp4"]
         result = subprocess.run(words, capture_output=True, text=True, check=False,

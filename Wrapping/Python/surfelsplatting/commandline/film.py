@@ -20,7 +20,7 @@ from ..views.trained import files_of
 from ..views.vtkcamera import make_camera, set_lens
 from .effects import without_effect
 from .frames import Frames
-from .movie import find_ffmpeg, write_movie
+from .movie import MOVIES, find_ffmpeg, write_movie
 from .outputs import check_distinct, check_output
 from .render import warn_of_backs
 from .scene import backdrop_of, make_renderer
@@ -34,7 +34,7 @@ WITHOUT_EFFECT = ("check", "command", "given", "output", "rate", "resume", "run"
 
 
 def _is_movie(arguments):
-    return arguments.output.lower().endswith(".mp4")
+    return arguments.output.lower().endswith(MOVIES)
 
 
 def _stamp(path):
@@ -197,7 +197,7 @@ def _make_pictures(asked, frames, arguments, session):
 def _check_outputs(arguments, frames):
     check_distinct(_files(arguments), (arguments.output,))
     if _is_movie(arguments):
-        check_output(arguments.output, (".mp4",))
+        check_output(arguments.output, MOVIES)
     frames.check()
 
 

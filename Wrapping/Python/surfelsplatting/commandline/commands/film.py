@@ -12,9 +12,9 @@ DESCRIPTION = """\
 Makes a film of a point cloud: the camera goes around it, the focus moves through it, or the camera
 goes from view to view.
 
-OUT.mp4 needs ffmpeg. Any other OUT is a folder, which gets the pictures 0000.png, 0001.png and so
-on, and which must not hold those of another film. Ctrl-C keeps the pictures that are done; the same
-command with --resume then makes the others. The pictures of OUT.mp4 are in the folder OUT.frames
+OUT.mp4 and OUT.gif need ffmpeg. Any other OUT is a folder, which gets the pictures 0000.png, 0001.png
+and so on, and which must not hold those of another film. Ctrl-C keeps the pictures that are done; the
+same command with --resume then makes the others. The pictures of OUT.mp4 are in the folder OUT.frames
 until the film is complete.
 
 CLOUD, camera, lens and look are as in surfelsplat render. Around a cloud the camera stays at a
@@ -26,12 +26,13 @@ EXAMPLES = """\
 examples:
   surfelsplat film lion.ply -o lion.mp4
   surfelsplat film lion.ply -o lion.mp4 --focus-pull --size 1280 720
+  surfelsplat film lion.ply -o lion.gif --frames 60 --rate 15 --size 400 300
   surfelsplat film kinect.pcd -o frames --circle-of-confusion 12
   surfelsplat film hall.e57 -o hall.mp4 --through door.json window.json --frames 300
 """
 
 # Nobody gives a folder such a name.
-NO_FOLDERS = (".avi", ".exr", ".gif", ".jpg", ".m4v", ".mkv", ".mov", ".mpg", ".ply", ".png",
+NO_FOLDERS = (".avi", ".exr", ".jpg", ".m4v", ".mkv", ".mov", ".mpg", ".ply", ".png",
               ".webm", ".wmv")
 LARGEST_FILM = 1_000_000  # frames
 
@@ -62,7 +63,7 @@ def _add_motion_options(parser):
     group.add_argument("--frames", type=between(1, LARGEST_FILM, count), default=240, metavar="N",
                        help="number of pictures (default: 240)")
     group.add_argument("--rate", type=between(1, 1000), default=30.0, metavar="R",
-                       help="pictures per second of OUT.mp4 (default: 30)")
+                       help="pictures per second of the film (default: 30)")
 
 
 def add_parser(commands):
@@ -71,7 +72,7 @@ def add_parser(commands):
                                usage="surfelsplat film CLOUD ... -o OUT [options]",
                                description=DESCRIPTION, epilog=EXAMPLES)
     add_clouds(film)
-    film.add_argument("-o", "--output", required=True, metavar="OUT", help="OUT.mp4 or a folder")
+    film.add_argument("-o", "--output", required=True, metavar="OUT", help="OUT.mp4, OUT.gif or a folder")
     film.add_argument("--resume", action="store_true",
                       help="keep the pictures that an earlier run of the same command has made")
     _add_motion_options(film)
@@ -100,7 +101,7 @@ def check(arguments):
     extension = os.path.splitext(arguments.output)[1].lower()
     if extension in NO_FOLDERS and not os.path.isdir(arguments.output):
         raise UserProblem(f"{arguments.output}: {extension!r} is no film that can be written; give "
-                          "OUT.mp4, or a folder for numbered .png files")
+                          "OUT.mp4, OUT.gif, or a folder for numbered .png files")
 
 
 def run(arguments):
