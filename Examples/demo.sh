@@ -15,7 +15,7 @@ source "$(dirname "${BASH_SOURCE[0]}")/../Utilities/setup.sh" >&2
 
 picture=$root/demo.png
 if [ -n "$cloud" ]; then
-  what="${cloud##*/}, in focus at its centre"
+  what="${cloud##*/}, in focus where the middle of the picture shows it"
   options=(--size 1280 800 --circle-of-confusion 60)
 else
   cloud=$build/demo/scene.ply

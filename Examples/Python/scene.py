@@ -90,7 +90,7 @@ def main(cloud=None, picture="scene.png"):
     camera = renderer.GetActiveCamera()
     camera.Azimuth(30)
     camera.Elevation(20)
-    camera.SetFocalDisk(0.08 * size)  # diameter of the lens, world units
+    camera.SetFocalDisk(0.25 * size)  # diameter of the lens, world units
 
     window = vtkRenderWindow()
     window.SetOffScreenRendering(True)
