@@ -231,8 +231,8 @@ class TestBadInput(ToolCase):
 
     # --- outputs --------------------------------------------------------------------------------
     def test_outputs_that_cannot_be(self):
-        self.refuse_options("-o", "out.jpg", says=["out.jpg", ".png or .exr"])
-        self.refuse_options("-o", "out", says=".png or .exr")
+        self.refuse_options("-o", "out.gif", says=["out.gif", ".jpeg or .exr"])
+        self.refuse_options("-o", "out", says=".jpeg or .exr")
         self.refuse_options("-o", "nowhere/out.png", says=["nowhere", "does not exist"])
         os.mkdir("out.png")
         self.refuse_options("-o", "out.png", says="is a folder")

@@ -294,7 +294,8 @@ class TestFilm(FilmCase):
         self.refuse_film("mine holds other files", "-o", "mine")
         self.refuse_film("'.ply' is no film", "-o", "ball.ply")
         self.refuse_film("does not exist", "-o", "no/folder")
-        self.refuse_film("'.avi'", "-o", "out.avi")
+        for extension in (".avi", ".webp", ".jpeg"):
+            self.refuse_film(f"'{extension}'", "-o", "out" + extension)
         self.refuse_film("takes no distance or two", "--focus-pull", "3", "-o", "out")
         self.assertEqual(self.contents("mine"), {"0000.png": b"a picture of mine"})
         write("empty.xyz", "")

@@ -9,6 +9,7 @@ import subprocess
 import unittest
 
 import numpy as np
+from vtkmodules.vtkIOImage import vtkJPEGReader
 
 from toolcase import (CAMERA, SMALL, ToolCase, arrays_of, content_of, read_json, sphere, write,
                       write_ply)
@@ -121,6 +122,15 @@ class TestPictures(ToolCase):
         for words, says in ((["-o", "out.exr"], "--transparent needs an OUT.png"),
                             (["-o", "out.png", "--background", "white"], "--transparent and --background")):
             self.refuse("render", "ball.ply", "--transparent", *words, says=says)
+
+    def test_jpeg(self):
+        """As the .png file, but for losses."""
+        self.render("ball.ply", *CAMERA, *SMALL, "-o", "out.png")
+        for name in ("out.jpg", "out.JPEG"):
+            self.render("ball.ply", *CAMERA, *SMALL, "-o", name)
+            jpeg = self.read_png(name, vtkJPEGReader())
+            self.assertLess(np.abs(jpeg.astype(float) - self.read_png("out.png")).mean(), 5)
+        self.refuse("render", "ball.ply", "--transparent", "-o", "out.jpg", says="needs an OUT.png")
 
     def test_linear_light(self):
         words = (*CAMERA, *SMALL, "--unlit", "--background", 0.5, 0.2, 0)

@@ -245,9 +245,9 @@ class ToolCase(unittest.TestCase):
         planes = self.read_exr(path)
         return np.stack([planes[channel] for channel in "RGBA"], axis=-1)
 
-    def read_png(self, path):
+    def read_png(self, path, reader=None):
         """[height, width, components], top row first."""
-        reader = vtkPNGReader()
+        reader = reader or vtkPNGReader()
         reader.SetFileName(path)
         reader.Update()
         picture = reader.GetOutput()

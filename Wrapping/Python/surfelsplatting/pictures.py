@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Pictures as 8-bit PNG files."""
+"""Pictures as 8-bit PNG and JPEG files."""
 
 import os
 import struct
@@ -14,6 +14,7 @@ from .vtkarrays import named_array, to_numpy
 
 STRIP = 64  # rows that are compressed together
 UP = 2  # PNG's filter: each byte less the one above
+JPEG_QUALITY = 95  # percent
 LEVEL = 4  # of zlib: 5 takes twice as long for 3 % less
 
 
@@ -106,14 +107,25 @@ def png_of_array(picture):
                         + (f", {array.dtype} and the shape {array.shape}" if array.ndim else "")
                         + "; give a vtkSurfelImageRenderer, its output, or uint8 of the shape "
                           "(height, width, 3) or (height, width, 4)")
-    image = vtk("vtkCommonDataModel").vtkImageData()
-    image.SetDimensions(array.shape[1], array.shape[0], 1)
     rows = np.ascontiguousarray(array[::-1]).reshape(-1, array.shape[2])
+    return _written(vtk("vtkIOImage").vtkPNGWriter(), "PNG", rows, array.shape[1], array.shape[0])
+
+
+def jpeg_bytes(picture, linear_light=False):
+    """The contents of a JPEG file; see png_bytes."""
+    writer = vtk("vtkIOImage").vtkJPEGWriter()
+    writer.SetQuality(JPEG_QUALITY)
+    return _written(writer, "JPEG", rgb_bytes(picture, linear_light), *picture.GetDimensions()[:2])
+
+
+def _written(writer, what, rows, width, height):
+    """What a writer of VTK makes of bytes, [n, 3 or 4] with the bottom row first"""
+    image = vtk("vtkCommonDataModel").vtkImageData()
+    image.SetDimensions(width, height, 1)
     image.GetPointData().SetScalars(named_array("Color8", rows))
-    writer = vtk("vtkIOImage").vtkPNGWriter()
     writer.WriteToMemoryOn()
     writer.SetInputData(image)
-    update(writer, "PNG", writer.Write)
+    update(writer, what, writer.Write)
     return memoryview(writer.GetResult())
 
 

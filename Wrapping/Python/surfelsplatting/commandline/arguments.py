@@ -11,6 +11,10 @@ from ..problems import UserProblem
 
 LARGEST_LENS_PARTS = 65536  # vtkSurfelSplatter's
 
+# The files that pictures are written to, by their extensions.
+JPEGS = (".jpg", ".jpeg")
+PICTURES = (".png", *JPEGS, ".exr")
+
 # Options with several numbers, which may be one word.
 NUMBERS = {"--size": 2, "--focus-pixel": 2, "--range": 2, "--focus-pull": 2, "--position": 3,
            "--focal-point": 3, "--focus-point": 3, "--view-up": 3, "--background": 3}

@@ -8,14 +8,14 @@ import tempfile
 from contextlib import contextmanager, nullcontext
 
 from ..backend import vtk
-from ..pictures import png_bytes, png_of_array, straight_bytes
+from ..pictures import jpeg_bytes, png_bytes, png_of_array, straight_bytes
 from ..problems import UserProblem
 from ..views.cameras import view_values
 from ..vtkmessages import errors_of
 from ..vtkSurfelOpenEXR import vtkDeepEXRWriter, vtkSurfelEXRWriter
 from ..vtkSurfelRendering import vtkSurfelHierarchyWriter
+from .arguments import JPEGS
 
-PICTURES = (".png", ".exr")
 HIERARCHIES = (".surfels", ".vtp")
 
 
@@ -82,9 +82,15 @@ def whole_file(path):
             os.remove(temporary)
 
 
-def _write_png(picture, path, linear_light, messages, transparent):
-    content = (png_of_array(straight_bytes(picture, linear_light)) if transparent
-               else png_bytes(picture, linear_light))
+def _content_of(picture, path, linear_light, transparent):
+    if path.lower().endswith(JPEGS):
+        return jpeg_bytes(picture, linear_light)
+    return (png_of_array(straight_bytes(picture, linear_light)) if transparent
+            else png_bytes(picture, linear_light))
+
+
+def _write_bytes(picture, path, linear_light, messages, transparent):
+    content = _content_of(picture, path, linear_light, transparent)
     messages.check()
     with whole_file(path) as temporary, open(temporary, "wb") as file:
         file.write(content)
@@ -108,13 +114,13 @@ def _write_exr(picture, path, deep, messages):
 
 def write_picture(picture, path, deep, linear_light, messages, transparent=False):
     """deep: whether an .exr file keeps the layers.
-    linear_light: whether the picture is linear light; a .png file is then converted to sRGB.
+    linear_light: whether the picture is linear light; .png and .jpg files are then converted to sRGB.
     transparent: whether a .png file has the picture's alpha.
     """
     if path.lower().endswith(".exr"):
         _write_exr(picture, path, deep, messages)
     else:
-        _write_png(picture, path, linear_light, messages, transparent)
+        _write_bytes(picture, path, linear_light, messages, transparent)
 
 
 def write_hierarchy(hierarchy, path, messages):

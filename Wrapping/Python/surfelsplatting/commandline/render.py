@@ -15,8 +15,9 @@ from ..views.homes import home_of
 from ..views.samples import Samples
 from ..views.sensor import sensor_of
 from ..views.trained import files_of
+from .arguments import PICTURES
 from .effects import without_effect
-from .outputs import (HIERARCHIES, PICTURES, check_distinct, check_output, write_hierarchy,
+from .outputs import (HIERARCHIES, check_distinct, check_output, write_hierarchy,
                       write_json, write_picture, write_surfels, write_view)
 from .scene import make_renderer
 from .session import Session

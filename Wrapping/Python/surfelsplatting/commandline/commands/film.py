@@ -32,8 +32,8 @@ examples:
 """
 
 # Nobody gives a folder such a name.
-NO_FOLDERS = (".avi", ".exr", ".jpg", ".m4v", ".mkv", ".mov", ".mpg", ".ply", ".png",
-              ".webm", ".wmv")
+NO_FOLDERS = (".avi", ".exr", ".jpeg", ".jpg", ".m4v", ".mkv", ".mov", ".mpeg", ".mpg",
+              ".ogv", ".ply", ".png", ".tif", ".tiff", ".webm", ".webp", ".wmv")
 LARGEST_FILM = 1_000_000  # frames
 
 # What a motion decides itself.

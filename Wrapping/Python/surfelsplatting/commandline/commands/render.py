@@ -5,7 +5,7 @@ import argparse
 import os
 
 from ...problems import UserProblem
-from ..arguments import refuse_together
+from ..arguments import PICTURES, refuse_together
 from ..options import (add_camera_options, add_clouds, add_detail_options, add_lens_options,
                        add_look_options, add_other_outputs, add_run_options, check_options)
 
@@ -21,8 +21,8 @@ CLOUD is one of these; surfelsplat info tells what is in it:
   surfels    that --hierarchy or --surfels has written: .surfels .vtp
 
 OUT.exr holds RGBA floats, premultiplied, alpha = coverage, and Z, the distance along the view
-direction. OUT.png holds 8 bits, 255 times the float values, over the background. Colours are mixed
-as they are stored; with --linear-light they are converted from sRGB to linear light first.
+direction. OUT.png and OUT.jpg hold 8 bits, 255 times the float values, over the background. Colours
+are mixed as they are stored; with --linear-light they are converted from sRGB to linear light first.
 """
 
 # Names of vtkSurfelSplatter's CHANNEL_...
@@ -62,12 +62,12 @@ def _channels(text):
 
 def add_parser(commands):
     """Adds the command and its options."""
-    render = commands.add_parser("render", help="render a point cloud to .png or .exr",
+    render = commands.add_parser("render", help="render a point cloud to .png, .jpg or .exr",
                                  usage="surfelsplat render CLOUD ... [-o OUT] [options]",
                                  description=DESCRIPTION, epilog=EXAMPLES)
     add_clouds(render)
     render.add_argument("-o", "--output", metavar="OUT",
-                        help="OUT.png or OUT.exr (default: of scan.ply, scan.ply.png in the current "
+                        help="OUT.png, OUT.jpg or OUT.exr (default: of scan.ply, scan.ply.png in the current "
                              "folder)")
     render.add_argument("--transparent", action="store_true",
                         help="write OUT.png without background, with an alpha channel; .exr files "
@@ -91,7 +91,7 @@ def add_parser(commands):
 
 def _name_output(arguments):
     """The default is a name that nothing else has: scan.png beside scan.obj may be its texture."""
-    pictures = [path for path in arguments.clouds if path.lower().endswith((".png", ".exr"))]
+    pictures = [path for path in arguments.clouds if path.lower().endswith(PICTURES)]
     if pictures:
         raise UserProblem(f"{pictures[0]} is a picture, not a cloud; to write it, give -o "
                           f"{pictures[0]}")
