@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The process that estimates surfels for view and web: viewer/estimation.py starts it.
+"""The process that estimates surfels for view and web: awaitedsurfels.py starts it.
 
     python -m surfelsplatting.commandline.estimationprocess FILE_DESCRIPTOR < ARGUMENTS.json
 """
@@ -12,7 +12,7 @@ import sys
 import time
 
 from ..problems import UserProblem
-from ..viewer.estimation import file_of
+from .awaitedsurfels import file_of
 from .outputs import write_polydata
 from .progress import Progress
 from .session import Session

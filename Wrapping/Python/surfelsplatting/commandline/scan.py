@@ -4,16 +4,15 @@
 import argparse
 
 from ..clouds.reading import is_hierarchy
-from ..viewer.estimation import Estimation
 from ..viewer.viewer import Viewer
 from ..views.cameras import asked_view
+from .awaitedsurfels import AwaitedSurfels
 from .effects import without_effect
 from .outputs import write_picture, write_view
 from .scene import backdrop_of, make_actor, set_splatter
 from .session import RENDER, Session
 
 SIZE = (1280, 800)
-ESTIMATE = __package__ + ".estimationprocess"
 
 
 class Look:
@@ -54,7 +53,6 @@ class Scan:
         self.say = session.say
 
     def start_estimation(self):
-        """-> Estimation, or None if the file holds all"""
-        return None if self._is_complete else Estimation(
-            ESTIMATE, self._arguments,
-            lambda seconds: self._session.hint_at_keeping(seconds, RENDER))
+        """-> AwaitedSurfels, or None if the file holds all"""
+        return None if self._is_complete else AwaitedSurfels(
+            self._arguments, lambda seconds: self._session.hint_at_keeping(seconds, RENDER))

@@ -105,7 +105,7 @@ class Area:
 
 
 class Page:
-    """viewer: Viewer. estimation: Estimation that makes its surfels, or None."""
+    """viewer: Viewer. estimation: AwaitedSurfels of the scan, or None."""
 
     def __init__(self, viewer, estimation, arguments, say):
         from trame.app import get_server

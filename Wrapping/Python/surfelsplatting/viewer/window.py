@@ -40,7 +40,7 @@ def check_display():
 
 
 class Window:
-    """viewer: Viewer. estimation: Estimation that makes its surfels, or None.
+    """viewer: Viewer. estimation: AwaitedSurfels of the scan, or None.
     say: a function that is called with news in a line.
     """
 

@@ -2,7 +2,7 @@
 """Surfels of a file, estimated by another process while this one draws.
 
 Python's lock is held while a VTK filter runs, so that a thread would stop the window. The other
-process (commandline/estimationprocess.py) writes its progress to its standard output, and the surfels to a
+process (estimationprocess.py) writes its progress to its standard output, and the surfels to a
 file in memory that has no name: nothing is left when either process is killed. It ends at its next
 line if nobody reads on.
 """
@@ -17,6 +17,7 @@ from ..backend import vtk
 from ..problems import UserProblem
 
 
+MODULE = __package__ + ".estimationprocess"
 FLAGS = ["-s"] if sys.flags.no_user_site else []
 
 
@@ -24,12 +25,11 @@ def file_of(descriptor):
     return f"/proc/self/fd/{descriptor}"
 
 
-class Estimation:
+class AwaitedSurfels:
     """The other process, as seen by the window."""
 
-    def __init__(self, module, arguments, ends):
-        """module: name of the one to run. arguments: those of the command line. ends: is called with
-        the seconds that the surfels took."""
+    def __init__(self, arguments, ends):
+        """ends: is called with the seconds that the surfels took."""
         self._ends, self._began = ends, time.monotonic()
         self._stage, self._fraction = "reading", 0.0
         self._memory = os.memfd_create("surfels")
@@ -38,7 +38,7 @@ class Estimation:
         package = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
         paths = [package, *filter(None, [os.environ.get("PYTHONPATH")])]
         self._process = subprocess.Popen(
-            [sys.executable, *FLAGS, "-m", module, str(self._memory)], stdin=subprocess.PIPE,
+            [sys.executable, *FLAGS, "-m", MODULE, str(self._memory)], stdin=subprocess.PIPE,
             stdout=subprocess.PIPE, pass_fds=[self._memory],
             env={**os.environ, "PYTHONPATH": os.pathsep.join(paths)})
         self._process.stdin.write(json.dumps(values).encode())
