@@ -13,10 +13,12 @@ namespace SurfelSplatting
 {
 namespace
 {
-/// Light times alpha of a code times alpha.
+/// Light times alpha of a code times alpha. What glows has more colour than alpha: it counts as
+/// covering that much, so that it is not divided by next to nothing.
 float PremultipliedLight(float code, float alpha)
 {
-  return alpha > 0.0f ? alpha * static_cast<float>(LightOfCode(code / alpha)) : 0.0f;
+  const float covered = std::fmax(alpha, std::fmin(code, 1.0f));
+  return covered > 0.0f ? covered * static_cast<float>(LightOfCode(code / covered)) : 0.0f;
 }
 }
 

@@ -227,6 +227,26 @@ TEST_CASE("Translucent in linear light")
   CHECK_NEAR(color[3], alpha, 0.0);
 }
 
+/// What glows has more colour than alpha: it is not divided by next to nothing.
+TEST_CASE("Glow in linear light")
+{
+  const SplatContext context = Context(0.05, 2.0);
+  for (const float alpha : { 1e-20f, 0.01f, 0.5f })
+  {
+    constexpr float code = 0.6f;
+    Drawn drawn;
+    drawn.Set(50, 30, 1.0, code);
+    drawn.Color[4 * ((30 + Margin) * Drawn::Wide + 50 + Margin) + 3] = alpha;
+    DepthImage image{ drawn.Depth.data(), drawn.Color.data(), Margin };
+    image.LinearLight = true;
+    DepthImageSurfels pixels;
+    pixels.MakeSurfels(context.Camera, context.Optics, image, drawn.Limit.data(), SerialExecutor());
+    REQUIRE(pixels.Size() == 1);
+    const float* color = pixels.Get().ColorsFloat;
+    CHECK(color[0] * color[3] <= code * 1.001f);
+  }
+}
+
 /// As wide as the blur and the kernel's rest; nothing where all is sharp.
 TEST_CASE("Margin")
 {
