@@ -216,7 +216,6 @@ class TestBadInput(ToolCase):
         self.refuse_options("--focal-disk", "-1", says=["--focal-disk", "negative"])
         self.refuse_options("--focal-disk", "1", "--pinhole", says="--pinhole and --focal-disk cannot be combined")
         self.refuse_options("--background", "0", "0", "2", says="between 0 and 1")
-        self.refuse_options("--cutoff", "0", says="between 1 and 20")
         self.refuse_options("--threads", "0", says="--threads")
         self.refuse_options("--repeat", "none", says="--repeat")
         self.refuse_options("--nonsense", says="--nonsense")

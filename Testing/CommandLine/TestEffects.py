@@ -27,8 +27,6 @@ ON_A_HIERARCHY = (
     ("--lens-cells 7", "--blur 4", None),
     ("--reference 4", "", NO_LENS),
     ("--reference 4", "--f-number 0.01", None),
-    ("--cutoff 4", "", "without --kernel gaussian"),
-    ("--cutoff 4", "--kernel gaussian", None),
     ("--colormap gray", "--unlit", "without --scalars"),
     ("--range 0 1", "", "without --scalars"),
     ("--range 0 1", "--scalars x", None),
@@ -47,7 +45,7 @@ ON_POINTS = (
     ("--cleaning off", "", None),
     ("--sides two", "", None),
     ("--every 2", "", None),
-    ("--neighbors 20", "--blur 4 --lens-cells 2 --kernel gaussian --cutoff 3", None),
+    ("--neighbors 20", "--blur 4 --lens-cells 2 --kernel gaussian", None),
 )
 ON_GAUSSIANS = tuple(
     (option, "", "on ball.vtp, which holds Gaussians in space")

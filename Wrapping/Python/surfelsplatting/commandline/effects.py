@@ -28,7 +28,6 @@ def without_effect(arguments, view):
     texts = _of_lens(arguments, view)
     keeps_normals = any(getattr(arguments, name, None) for name in ("hierarchy", "surfels"))
     rules = (
-        (("--cutoff",), arguments.kernel == "gaussian", "without --kernel gaussian"),
         (("--repeat",), getattr(arguments, "stats", None), "without --stats, which tells the times"),
         (("--lod",), not arguments.no_lod, "with --no-lod"),
         (("--shade",), not arguments.unlit or keeps_normals, "with --unlit"),

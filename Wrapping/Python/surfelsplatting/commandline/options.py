@@ -199,9 +199,6 @@ def _add_accuracy_options(parser):
     accuracy.add_argument("--kernel", choices=("pearson", "gaussian"), default="pearson",
                           help="shape of the splats: pearson is close to the disc of a lens, "
                                "gaussian is the paper's (default: pearson)")
-    accuracy.add_argument("--cutoff", type=between(1, 20), metavar="C",
-                          help="exponent at which a splat of the gaussian kernel ends, 1 to 20 "
-                               "(default: 2.5)")
 
 
 def add_detail_options(parser):

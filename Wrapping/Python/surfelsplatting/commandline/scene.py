@@ -51,8 +51,6 @@ def set_splatter(splatter, arguments):
     splatter.SetLinearLight(arguments.linear_light)
     if arguments.kernel == "gaussian":
         splatter.SetKernelToGaussian()
-    if arguments.cutoff is not None:
-        splatter.SetCutoff(arguments.cutoff)
     splatter.SetKeepCaptureMass(arguments.capture_filter == "antialiased")
     _set_detail(splatter, arguments)
 

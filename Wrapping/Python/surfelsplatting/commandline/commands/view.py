@@ -6,7 +6,7 @@ from ..options import (add_camera_options, add_clouds, add_lens_options, add_loo
 
 # The options of render that a moving picture does without. Its focus has an effect without a lens,
 # too, as in a camera file, since the lens may be opened later.
-DETAIL = dict(kernel="pearson", cutoff=None, no_lod=False, lod="moments", lod_error=None,
+DETAIL = dict(kernel="pearson", no_lod=False, lod="moments", lod_error=None,
               color_by=None, save_camera=True)
 
 DESCRIPTION = """\
