@@ -135,7 +135,7 @@ std::vector<CloudPart> CutCloud(const std::vector<float>& positions, vtkIdType l
 
 namespace
 {
-void CutEvenly(const std::vector<float>& positions, const CloudRegion& region,
+void CutPart(const std::vector<float>& positions, const CloudRegion& region,
   std::vector<vtkIdType> ids, int count, std::vector<CloudRegion>& regions)
 {
   if (count == 1)
@@ -163,8 +163,8 @@ void CutEvenly(const std::vector<float>& positions, const CloudRegion& region,
   CloudRegion low = region, high = region;
   low.Upper[axis] = high.Lower[axis] =
     std::min(std::max(cut, region.Lower[axis]), region.Upper[axis]);
-  CutEvenly(positions, low, { ids.begin(), middle }, below, regions);
-  CutEvenly(positions, high, { middle, ids.end() }, count - below, regions);
+  CutPart(positions, low, { ids.begin(), middle }, below, regions);
+  CutPart(positions, high, { middle, ids.end() }, count - below, regions);
 }
 }
 
@@ -172,7 +172,7 @@ std::vector<CloudRegion> CutEvenly(const std::vector<float>& positions, int coun
 {
   std::vector<CloudRegion> regions;
   const CloudRegion all;
-  CutEvenly(positions, all, FindInside(positions, all), count, regions);
+  CutPart(positions, all, FindInside(positions, all), count, regions);
   return regions;
 }
 
