@@ -61,6 +61,11 @@ SURFELSPLATTING_INLINE void AddEndOfTent(BlockLayers<OnLens, Pass>& open, const 
 /// Refused weights of less are left out: they would only take time.
 constexpr float LeastRefused = 1.0f / 4096.0f;
 
+/// Sheets of one surface that overlap find no room either, so that half counts. With all of it,
+/// foliage of such sheets is 0.08 dB worse, and 0.2 % brighter; with none it is like that with
+/// half, but crowns have dark rims.
+constexpr float ShareOfRefused = 0.5f;
+
 /// Sums up what of a tent its layers have no room for. The layer holds two surfaces, of which the
 /// cells of the lens may see either: the contrast of their colours is in doubt (DoubtfulTiles.h).
 template <bool OnLens, RasterPass Pass>
@@ -68,9 +73,10 @@ SURFELSPLATTING_INLINE void Refuse(const BlockLayers<OnLens, Pass>& open, const 
   const Tent& tent, const Lanes& refused)
 {
   TentLayers& tents = TentsOf(at.Tile, at.Block);
-  AddTo(tents.Refused, refused);
-  AddTo(tents.RefusedX, refused * tent.PointX);
-  AddTo(tents.RefusedY, refused * tent.PointY);
+  const Lanes counts = ShareOfRefused * refused;
+  AddTo(tents.Refused, counts);
+  AddTo(tents.RefusedX, counts * tent.PointX);
+  AddTo(tents.RefusedY, counts * tent.PointY);
   if (!at.Settings.Doubts)
   {
     return;

@@ -88,7 +88,7 @@ Eigen::Vector3d SightOf(const LocalCloud& cloud, int i, vtkDataArray* toScanner)
 
 enum Hanging : unsigned char
 {
-  Unknown,
+  NotTested,
   HangsNot,
   InSight, // its line of sight says so
   InHalo   // if the cloud has any
@@ -250,7 +250,7 @@ private:
 };
 
 /// Whether so many points are in halos that the cloud has them. Collective; false if stopped.
-/// @param hangs [n] Hanging; changed where it is unknown, of the points that tell
+/// @param hangs [n] Hanging; changed where it is not tested, of the points that tell
 bool HasHalos(const CleaningProblem& problem, bool running, const HangingTest& test,
   std::vector<unsigned char>& hangs)
 {
@@ -263,7 +263,7 @@ bool HasHalos(const CleaningProblem& problem, bool running, const HangingTest& t
     for (; k < end; ++k)
     {
       unsigned char& found = hangs[samples[k]];
-      found = found == Unknown ? test.Find(samples[k], neighbors, near) : found;
+      found = found == NotTested ? test.Find(samples[k], neighbors, near) : found;
       inHalo[k] = found == InHalo ? 1.0f : 0.0f;
     }
   });
@@ -299,7 +299,7 @@ bool FindHangingPoints(const CleaningProblem& problem, bool running,
   const HangingTest test(searched, distances, toScanner);
   std::vector<unsigned char> hangs(stray.size());
   std::transform(stray.begin(), stray.end(), hangs.begin(),
-    [](unsigned char isStray) { return isStray ? HangsNot : Unknown; });
+    [](unsigned char isStray) { return isStray ? HangsNot : NotTested; });
   const bool hasHalos = HasHalos(problem, running, test, hangs);
   if (!running || !(hasHalos || toScanner))
   {
@@ -311,7 +311,7 @@ bool FindHangingPoints(const CleaningProblem& problem, bool running,
     NearCloud near;
     for (int i = static_cast<int>(begin); i < end; ++i)
     {
-      const unsigned char found = hangs[i] == Unknown ? test.Find(i, neighbors, near) : hangs[i];
+      const unsigned char found = hangs[i] == NotTested ? test.Find(i, neighbors, near) : hangs[i];
       hangs[i] = found == InSight || (found == InHalo && hasHalos) ? 1 : 0;
     }
   });
