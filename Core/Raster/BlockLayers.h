@@ -195,7 +195,6 @@ SURFELSPLATTING_INLINE Lanes LeakEnded(BlockLayers<OnLens, Pass>& open, const Ba
   // A fifth to two fifths of such items leave all gaps open: nothing needs to be stored then.
   if (Any(leaks))
   {
-    // Copies keep the others in registers.
     const Lanes keep = collects ? Lanes(0.0f) : KeepOverGaps(open, at, range, weight, gaps);
     const LaneMask chosen = leaks & (keep < KeepOfLeastGap);
     if (Any(chosen))

@@ -85,6 +85,16 @@ SURFELSPLATTING_INLINE bool HasTents(const PixelTile& tile, int block)
   return (tile.WithTents >> block & 1) != 0;
 }
 
+SURFELSPLATTING_INLINE void Empty(TentLayers& tents, const LaneMask& chosen)
+{
+  Put(tents.Farther, chosen, NoFar);
+  float* const sums[] = { tents.FartherWeight, tents.Refused, tents.RefusedX, tents.RefusedY };
+  for (float* sum : sums)
+  {
+    Put(sum, chosen, 0.0f);
+  }
+}
+
 /// A block's TentLayers, which begin here if it has none.
 SURFELSPLATTING_INLINE TentLayers& TentsOf(PixelTile& tile, int block)
 {
@@ -92,12 +102,7 @@ SURFELSPLATTING_INLINE TentLayers& TentsOf(PixelTile& tile, int block)
   if (!HasTents(tile, block))
   {
     tile.WithTents |= std::uint64_t{ 1 } << block;
-    Put(tents.Farther, AllLanes(), NoFar);
-    float* const sums[] = { tents.FartherWeight, tents.Refused, tents.RefusedX, tents.RefusedY };
-    for (float* sum : sums)
-    {
-      Put(sum, AllLanes(), 0.0f);
-    }
+    Empty(tents, AllLanes());
   }
   return tents;
 }
@@ -304,12 +309,7 @@ SURFELSPLATTING_INLINE void Empty(PixelTile& tile, int block, const LaneMask& ch
   }
   if (HasTents(tile, block))
   {
-    TentLayers& tents = tile.Tents[block];
-    Put(tents.Farther, chosen, NoFar);
-    Put(tents.FartherWeight, chosen, 0.0f);
-    Put(tents.Refused, chosen, 0.0f);
-    Put(tents.RefusedX, chosen, 0.0f);
-    Put(tents.RefusedY, chosen, 0.0f);
+    Empty(tile.Tents[block], chosen);
   }
   if (IsTilted(tile, block))
   {

@@ -64,7 +64,7 @@ struct alignas(64) TentLayers
 {
   float Farther[PixelsPerBlock];       ///< LayerEnds
   float FartherWeight[PixelsPerBlock]; ///< LayerEnds::Weight
-  /// Half of what there was no room for: sum w, sum w u.
+  /// ShareOfRefused of what there was no room for: sum w, sum w u.
   float Refused[PixelsPerBlock], RefusedX[PixelsPerBlock], RefusedY[PixelsPerBlock];
 };
 

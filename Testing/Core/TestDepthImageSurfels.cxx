@@ -6,6 +6,7 @@
 #include "TestScene.h"
 #include "Testing/Shared/Check.h"
 
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -209,13 +210,12 @@ TEST_CASE("Rim")
   }
 }
 
-/// Codes become light before their alpha counts: half of a colour is half of its light.
-TEST_CASE("Translucent in linear light")
+/// Colour of the surfel of one pixel, in linear light. @param red of the picture, times alpha
+std::array<float, 4> ColorInLight(float red, float alpha)
 {
   const SplatContext context = Context(0.05, 2.0);
-  constexpr float alpha = 0.5f, code = 0.6f;
   Drawn drawn;
-  drawn.Set(50, 30, 1.0, alpha * code);
+  drawn.Set(50, 30, 1.0, red);
   drawn.Color[4 * ((30 + Margin) * Drawn::Wide + 50 + Margin) + 3] = alpha;
   DepthImage image{ drawn.Depth.data(), drawn.Color.data(), Margin };
   image.LinearLight = true;
@@ -223,6 +223,14 @@ TEST_CASE("Translucent in linear light")
   pixels.MakeSurfels(context.Camera, context.Optics, image, drawn.Limit.data(), SerialExecutor());
   REQUIRE(pixels.Size() == 1);
   const float* color = pixels.Get().ColorsFloat;
+  return { color[0], color[1], color[2], color[3] };
+}
+
+/// Codes become light before their alpha counts: half of a colour is half of its light.
+TEST_CASE("Translucent in linear light")
+{
+  constexpr float alpha = 0.5f, code = 0.6f;
+  const auto color = ColorInLight(alpha * code, alpha);
   CHECK_NEAR(color[0], LightOfCode(code), 1e-6);
   CHECK_NEAR(color[3], alpha, 0.0);
 }
@@ -230,19 +238,10 @@ TEST_CASE("Translucent in linear light")
 /// What glows has more colour than alpha: it is not divided by next to nothing.
 TEST_CASE("Glow in linear light")
 {
-  const SplatContext context = Context(0.05, 2.0);
   for (const float alpha : { 1e-20f, 0.01f, 0.5f })
   {
     constexpr float code = 0.6f;
-    Drawn drawn;
-    drawn.Set(50, 30, 1.0, code);
-    drawn.Color[4 * ((30 + Margin) * Drawn::Wide + 50 + Margin) + 3] = alpha;
-    DepthImage image{ drawn.Depth.data(), drawn.Color.data(), Margin };
-    image.LinearLight = true;
-    DepthImageSurfels pixels;
-    pixels.MakeSurfels(context.Camera, context.Optics, image, drawn.Limit.data(), SerialExecutor());
-    REQUIRE(pixels.Size() == 1);
-    const float* color = pixels.Get().ColorsFloat;
+    const auto color = ColorInLight(code, alpha);
     CHECK(color[0] * color[3] <= code * 1.001f);
   }
 }

@@ -14,8 +14,8 @@ goes from view to view.
 
 OUT.mp4 and OUT.gif need ffmpeg. Any other OUT is a folder, which gets the pictures 0000.png, 0001.png
 and so on, and which must not hold those of another film. Ctrl-C keeps the pictures that are done; the
-same command with --resume then makes the others. The pictures of OUT.mp4 are in the folder OUT.frames
-until the film is complete.
+same command with --resume then makes the others. The pictures of a film in one file are in
+the folder OUT.frames until it is complete.
 
 CLOUD, camera, lens and look are as in surfelsplat render. Around a cloud the camera stays at a
 distance from which most of it is seen all the time, unless --camera, --position or --focal-point
