@@ -12,8 +12,8 @@
  *
  * Where a splat begins behind the end of the open layer, this does not end at once: a part of it is
  * composited, and the less stays open the wider the gap, so that nothing jumps when a gap opens.
- * Gaps are measured in bands. The band is the length of the splat's z-range plus the radius of its
- * blur in the world. A splat of hardly any weight at the pixel changes nothing: its layer leaks
+ * Gaps are measured in bands. The band is the length of the splat's z-range plus half the radius of
+ * its blur in the world. A splat of hardly any weight at the pixel changes nothing: its layer leaks
  * over a share of the gap, and stays open over the rest. Formulas: Core/Lens/LayerLeaks.h; the
  * raster applies them in LayerMerging.h.
  */

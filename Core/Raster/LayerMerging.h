@@ -502,13 +502,19 @@ struct ZRange
   float Near, Far;
 };
 
+/// The share of the radius of a splat's blur, in the world, that counts for its band. (With 1, a
+/// blurred meadow has 1.1 dB less and foliage before a room 0.4, since blades and leaves that cover
+/// one another become one layer, in which they add. With 0.2 they gain as much again, but a lion in
+/// a focus pull pops by 3.9 levels instead of 3.0.)
+constexpr float BlurOfBand = 0.5f;
+
 /// How far behind a layer's end splats of the same surface may begin: of a layer that covers
-/// little, 1/e stays open there. Through the lens this is the width of the blurred footprint.
+/// little, 1/e stays open there.
 SURFELSPLATTING_INLINE float LeakBand(const ZRange& range, const RasterSettings& settings)
 {
   const float depth = 0.5f * (range.Near + range.Far);
   const float blur = __builtin_fabsf(depth * settings.BlurPerDepth - settings.LensRadius);
-  const float band = blur + (range.Far - range.Near);
+  const float band = BlurOfBand * blur + (range.Far - range.Near);
   return band > 1e-30f ? band : 1e-30f;
 }
 

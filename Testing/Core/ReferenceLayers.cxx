@@ -57,7 +57,7 @@ void ReferenceLayers::Prepare(const ReferenceFragment& f)
     const double z = 0.5 * (f.Near + f.Far);
     const double blur =
       this->Lens.Radius * std::abs(z - this->Lens.FocalDistance) / this->Lens.FocalDistance;
-    const double band = std::max(blur + f.Far - f.Near, 1e-30);
+    const double band = std::max(0.5 * blur + f.Far - f.Near, 1e-30);
     const double gap = (1.0 - left) * std::min(behind / band, 64.0);
     const bool leaks = gap > 1.0 / 32.0;
     if (leaks)

@@ -210,8 +210,8 @@ void ComparePixel(
     worst.Squares += off * off;
   }
   worst.Bound = std::max(worst.Bound, pixel.ColorBound);
-  // Of the short cuts' bound less than half was measured.
-  if (pixel.DepthUndecided || pixel.MedianMargin <= 0.5 * shortCut)
+  // Of the short cuts' bound 0.6 was measured.
+  if (pixel.DepthUndecided || pixel.MedianMargin <= 0.6 * shortCut)
   {
     worst.DepthUndecided++;
     return;

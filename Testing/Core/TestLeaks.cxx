@@ -467,7 +467,7 @@ TEST_CASE("Opaque and alone")
           {
             const Wide behind{ 1.5f + gap, 1.6f + gap, 0.1f, 0.0f, 1.0f, 0, 0 };
             const Pixel p = Draw({ a, behind }, onLens);
-            const double bands = gap / (0.1 + (onLens ? Blur : 0.0));
+            const double bands = gap / (0.1 + (onLens ? 0.5 * Blur : 0.0));
             const double leaked = bands > 1.0 / 32.0 ? bands : 0.0; // nothing leaks over less
             CHECK(p.Red <= 0.75 + 1e-6);
             CHECK(p.Red >= 0.75 * (1.0 - std::exp(-4.0 * leaked) * 0.1 / (weight + 0.1)) - 1e-6);
