@@ -15,8 +15,9 @@
  * At folds, as at the edges of boxes, kernels of the other side are those of the unrolled surface.
  * Where the plane is not farther than three times NormalOffset, sheets such as leaves and the
  * layers of a noisy scan overlap: in focus the nearest hides the others, but a lens blurs them
- * together, and their sum would be too large. SurfelOverlap is the share of the sum that is not of
- * the surfel's own sheet.
+ * together, and their sum would be too large. SurfelOverlap is the share of its weight that a
+ * surfel then loses: all of it behind another sheet, nothing in front. Two-sided surfels and noise,
+ * of which none is in front, all lose the share of the sum that is not of their own sheet.
  *
  * The result does not depend on the number of threads, nor on a renderer's cut-off. Several
  * processes with a controller weight the surfels of one cloud together, as in vtkSurfelEstimation;

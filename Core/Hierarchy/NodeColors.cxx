@@ -15,21 +15,23 @@ namespace
 struct WeightedColor
 {
   ColorMoments Moments;
-  double Mass = 0.0; ///< sum a o
   double Area = 0.0;
-  Vector3 Position{ 0, 0, 0 };
+  double Mass = 0.0;           ///< sum a o
+  double Seen = 0.0;           ///< sum m
+  Vector3 Position{ 0, 0, 0 }; ///< mean, weighted by m
 };
 
 WeightedColor JoinColors(const WeightedColor& a, const WeightedColor& b)
 {
   WeightedColor node;
-  node.Mass = a.Mass + b.Mass;
   node.Area = a.Area + b.Area;
-  const double wb = node.Area > 0.0 ? b.Area / node.Area : 0.5;
-  const double fa = node.Mass > 0.0 ? a.Mass / node.Mass : 0.5;
-  const double fb = 1.0 - fa;
+  node.Mass = a.Mass + b.Mass;
+  node.Seen = a.Seen + b.Seen;
+  const double ofMass = node.Mass > 0.0 ? b.Mass / node.Mass : 0.5;
+  const double fb = node.Seen > 0.0 ? b.Seen / node.Seen : ofMass;
+  const double fa = 1.0 - fb;
   const Vector3 apart = b.Position - a.Position;
-  node.Position = a.Position + wb * apart;
+  node.Position = a.Position + fb * apart;
   for (int c = 0; c < 3; ++c)
   {
     const double ca = a.Moments.Color[c], cb = b.Moments.Color[c];
@@ -64,6 +66,7 @@ public:
     const std::array<double, 4> c = this->Tree.Color(i);
     std::copy_n(c.begin(), 3, leaf.Moments.Color);
     leaf.Mass = leaf.Area * c[3];
+    leaf.Seen = leaf.Mass * (1.0 - this->Tree.OverlapOf(i));
     return leaf;
   }
 

@@ -131,9 +131,9 @@ struct SurfelCloud
                        : this->TwoSided && this->TwoSided[i]);
   }
 
-  /// o = s / (1 + s), s the sum of the kernels that other sheets, close in front or behind, have at
-  /// the surfel: 1/2 for two sheets. This share of its weight is left out where the lens blurs them
-  /// into one layer (SetupFootprint.h). Of captures' nodes, see CaptureOverlap.h.
+  /// What other sheets close by cover of the surfel, [0, 1]: of two sheets the front one has 0 and
+  /// the other 1, or both 1/2 if none is in front. This share of its weight is left out where the
+  /// lens blurs them into one layer (SetupFootprint.h). Of captures' nodes, see CaptureOverlap.h.
   double OverlapOf(std::size_t i) const
   {
     return this->IsNode(i) ? SurfelSplatting::OverlapOf(this->Node(i))

@@ -28,7 +28,13 @@ public:
   alignas(64) float Squared[Capacity] = {};
   alignas(64) float AlongU[Capacity] = {}, AlongV[Capacity] = {}, Climbs[Capacity] = {};
 
-  SheetKernels Others; // of those on the owner's sheet that may be of other sheets, too
+  // Of those on the owner's sheet that may be of other sheets, too: in front of the owner along its
+  // normal, and behind it.
+  SheetKernels InFront, Behind;
+
+  /// How clear it is which of several sheets is in front, [0, 1]: 0 if they have two sides, or are
+  /// layers of noise, which fill the space between them.
+  float Distinct = 0.0f;
 
   /// @param own       number of the owner in the table
   /// @param neighbors [count] numbers
@@ -56,6 +62,11 @@ private:
   void LoadRow(const SurfelTable& table, bool isTwoSided);
   bool NeedsCloserLook() const;
   void LookCloser(const SurfelTable& table, const WeightSettings& settings, float spacing);
+
+  /// Root of the mean square of the distances, from the owner's plane, of what is on its sheet
+  /// only, over the largest there may be: 0.6 of noise that fills it.
+  /// @param sigmas NormalOffset
+  float Roughness(float sigmas, float spacing) const;
 
   Row Raw;
 };

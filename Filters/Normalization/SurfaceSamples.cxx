@@ -346,21 +346,37 @@ private:
     return sum / (2.0 * Pi * variance * this->Spacing * this->Spacing);
   }
 
-  /// Share of the cover at a sample that is of other sheets. Its own sheet covers it once.
+  /// Share of its weight that a surfel loses at a sample to the sheets around it. Its own sheet
+  /// covers the sample once, those in front f times, those behind it b times:
+  ///
+  ///   o = 2 f / (1 + f + b), at most 1
+  ///
+  /// The first of two sheets keeps its weight then, and the second has none. All together have as
+  /// much as if each lost the same, (f + b) / (1 + f + b), as they do where none is in front.
   double OverlapAt(const Float3& at)
   {
-    if (this->Near.Others.Count == 0)
+    const double front = this->CoverAt(at, this->Near.InFront);
+    const double behind = this->CoverAt(at, this->Near.Behind);
+    const double sum = front + behind;
+    const double twice = sum + static_cast<double>(this->Near.Distinct) * (front - behind);
+    return std::min(twice / (1.0 + sum), 1.0);
+  }
+
+  /// How often sheets cover a sample.
+  double CoverAt(const Float3& at, const SheetKernels& sheets)
+  {
+    if (sheets.Count == 0)
     {
       return 0.0;
     }
-    FindKernels(this->Near.Others, at, static_cast<float>(this->Settings.Support), this->Values);
+    FindKernels(sheets, at, static_cast<float>(this->Settings.Support), this->Values);
     double sum = 0.0;
-    for (int k = 0; k < this->Near.Others.Count; ++k)
+    for (int k = 0; k < sheets.Count; ++k)
     {
-      const WeightedKernel& kernel = this->Table[this->Near.Others.Numbers[k]].Kernel;
+      const WeightedKernel& kernel = this->Table[sheets.Numbers[k]].Kernel;
       sum += this->Values[k] * (static_cast<double>(kernel.Area) * kernel.Peak);
     }
-    return 1.0 - 1.0 / (1.0 + sum / KernelPeak);
+    return sum / KernelPeak;
   }
 
   /// @return the number of kernels that reach the sample

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Scanned foliage: sheets of points close to one another that cover one another. In focus the nearest
-one hides the others; blurred together they must not count twice (SurfelOverlap)."""
+"""Sheets of points close to one another that cover one another, as in foliage and before walls. In focus
+the nearest one hides the others; blurred together they must not count twice (SurfelOverlap)."""
 
 import unittest
 
@@ -9,6 +9,7 @@ import numpy as np
 from clouds import color_array, points_of, surfels_of
 from renderers import view_camera
 from scenes import DEFAULT, Drawing, Way, multisampling
+from vtkmodules.util.numpy_support import numpy_to_vtk
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
 VIEW = {"position": (0, 0, 8), "focalPoint": (0, 0, 0), "viewUp": (0, 1, 0), "viewAngle": 20,
@@ -49,6 +50,24 @@ def errors(surfels):
     return (*decibels, pictures[0].sum() / reference.sum())
 
 
+def posters(spacing=0.01, gap=2.0):
+    """A wall, and squares in front of it, `gap` spacings away: all face the camera."""
+    rng = np.random.default_rng(3)
+    wall = np.column_stack([rng.uniform(-1, 1, (int(4 / spacing ** 2), 2)),
+                            np.zeros(int(4 / spacing ** 2))])
+    front = wall[(np.floor(3 * wall[:, 0]) + np.floor(3 * wall[:, 1])) % 2 > 0].copy()
+    front[:, :2] += spacing * rng.uniform(-1, 1, front[:, :2].shape)
+    front[:, 2] = gap * spacing
+    colors = np.full((len(wall) + len(front), 3), (0.7, 0.3, 0.2))
+    colors[len(wall):] = (0.2, 0.3, 0.6)
+    cloud = vtkPolyData()
+    cloud.SetPoints(points_of(np.vstack([wall, front])))
+    cloud.GetPointData().SetScalars(color_array(colors))
+    normals = numpy_to_vtk(np.tile(np.float32([0, 0, 1]), (len(colors), 1)), deep=True)
+    cloud.GetPointData().SetNormals(normals)
+    return cloud
+
+
 class TestFoliage(unittest.TestCase):
     def test_blurred_together(self):
         surfels = surfels_of(foliage())
@@ -59,6 +78,12 @@ class TestFoliage(unittest.TestCase):
         self.assertGreater(one, plain_one + 2.5)
         self.assertGreater(seven, plain_seven + 1.5)
         self.assertLess(abs(light - 1), 0.035)
+
+    def test_sheets_in_front_of_sheets(self):
+        """What is behind a poster does not shine through it."""
+        one, seven, light = errors(surfels_of(posters()))
+        print(f"posters: one picture {one:.2f} dB, seven cells {seven:.2f}, light {light:.3f}")
+        self.assertGreater(min(one, seven), 34)  # 25 if each of two sheets loses half
 
 
 if __name__ == "__main__":

@@ -233,7 +233,8 @@ TEST_CASE("Tiny surfels")
 }
 
 /// The mean overlap of the surfels farther than `margin` from the border of the unit square.
-double MeanOverlap(vtkPolyData* surfels, double margin)
+/// @param from,to only of those with a z in between
+double MeanOverlap(vtkPolyData* surfels, double margin, double from = -1.0, double to = 1.0)
 {
   vtkDataArray* overlaps = surfels->GetPointData()->GetArray("SurfelOverlap");
   double sum = 0.0;
@@ -241,15 +242,16 @@ double MeanOverlap(vtkPolyData* surfels, double margin)
   for (vtkIdType i = 0; i < surfels->GetNumberOfPoints(); ++i)
   {
     const Vec p = Surfels(surfels).Position(i);
-    const bool isInside = std::min(p[0], p[1]) > margin && std::max(p[0], p[1]) < 1.0 - margin;
+    const bool isInside = std::min(p[0], p[1]) > margin && std::max(p[0], p[1]) < 1.0 - margin &&
+      p[2] > from && p[2] < to;
     sum += isInside ? overlaps->GetTuple1(i) / 255.0 : 0.0;
     count += isInside ? 1 : 0;
   }
   return sum / count;
 }
 
-/// Two sheets that face the same way, a few kernels apart, cover one another by half; those that
-/// are far from one another or face away do not, and no smooth sheet covers itself.
+/// Of two sheets that face the same way, a few kernels apart, the one in front covers the other;
+/// those that are far from one another or face away do not, and no smooth sheet covers itself.
 TEST_CASE("Overlap")
 {
   const struct
@@ -268,9 +270,27 @@ TEST_CASE("Overlap")
     Pipeline pipeline(sheets);
     pipeline.Estimation->SetInputData(data);
     CHECK_NEAR(pipeline.Run().TotalArea(), 2.0, 0.05); // in focus each covers what it covers
-    CHECK_NEAR(MeanOverlap(pipeline.Normalization->GetOutput(), 0.05), test.Overlap,
-      test.Overlap > 0.0 ? 0.05 : 0.002);
+    vtkPolyData* surfels = pipeline.Normalization->GetOutput();
+    const double middle = -0.5 * test.Distance;
+    CHECK(MeanOverlap(surfels, 0.05, middle) < 0.002);
+    CHECK_NEAR(MeanOverlap(surfels, 0.05, -1.0, middle), 2.0 * test.Overlap,
+      test.Overlap > 0.0 ? 0.1 : 0.002);
   }
+  // Layers of noise fill the space between the foremost and the last, and none of them is in front.
+  Sampled noise = MakeRectangle({ 0, 0, 0 }, { 1, 0, 0 }, 1, { 0, 1, 0 }, 1, 0.01, 1.0, Random(45));
+  Random random(46);
+  for (Vec& p : noise.Points)
+  {
+    p[2] += random.Uniform(-0.02, 0.02);
+  }
+  auto layers = ToPolyData(noise.Points);
+  AddNormals(layers, noise.Normals);
+  Pipeline rough(noise);
+  rough.Estimation->SetInputData(layers);
+  rough.Run();
+  const double foremost = MeanOverlap(rough.Normalization->GetOutput(), 0.05, 0.01);
+  CHECK(foremost > 0.15);
+  CHECK_NEAR(MeanOverlap(rough.Normalization->GetOutput(), 0.05, -1.0, -0.01), foremost, 0.1);
   // A roof whose sides face 60 degrees apart: at its ridge they do not cover one another.
   Sampled roof = MakeRectangle({ 0, 0, 0 }, { 1, 0, 0 }, 1, { 0, 1, 0 }, 1, 0.01, 1.0, Random(43));
   roof.Append(
