@@ -232,21 +232,6 @@ vtkSmartPointer<vtkPolyData> PartitionedCloud::Unpack(
     read(values->GetPointer(0), array.Components);
     region->GetPointData()->AddArray(values);
   }
-  return region;
-}
-
-vtkSmartPointer<vtkPolyData> PartitionedCloud::Fetch(
-  double haloWidth, const std::vector<Array>& arrays)
-{
-  std::vector<Message> messages;
-  for (const Message& other :
-    this->Group.Share([&] { return MessageOf(this->Region().Grown(haloWidth)); }))
-  {
-    messages.push_back(this->PackInside(MessageReader(other).Get<CloudRegion>(), arrays));
-  }
-  vtkSmartPointer<vtkPolyData> region =
-    this->Unpack(this->Group.Exchange(std::move(messages)), arrays);
-  const vtkIdType count = region->GetNumberOfPoints();
   auto ids = MakeArray<vtkIdTypeArray>(IdArray, 1, count);
   std::iota(ids->GetPointer(0), ids->GetPointer(0) + count, vtkIdType{ 0 });
   region->GetPointData()->AddArray(ids);
@@ -256,21 +241,41 @@ vtkSmartPointer<vtkPolyData> PartitionedCloud::Fetch(
   return region;
 }
 
+vtkSmartPointer<vtkPolyData> PartitionedCloud::Fetch(
+  double haloWidth, const std::vector<Array>& arrays)
+{
+  const std::vector<Message> regions =
+    this->Group.Share([&] { return MessageOf(this->Region().Grown(haloWidth)); });
+  std::vector<Message> messages;
+  this->Group.DoOwn([&] {
+    for (const Message& other : regions)
+    {
+      messages.push_back(this->PackInside(MessageReader(other).Get<CloudRegion>(), arrays));
+    }
+  });
+  messages = this->Group.Exchange(std::move(messages));
+  vtkSmartPointer<vtkPolyData> region;
+  this->Group.DoOwn([&] { region = this->Unpack(messages, arrays); });
+  return region;
+}
+
 PartitionedCloud::Returned PartitionedCloud::Return(const Results& results)
 {
   const auto components = static_cast<std::size_t>(results.Components);
   std::vector<Message> messages(static_cast<std::size_t>(this->Group.Size()));
-  for (std::size_t i = 0; i < results.Points.size(); ++i)
-  {
-    const PointKey& key = this->Fetched[static_cast<std::size_t>(results.Points[i])];
-    Message& message = messages[static_cast<std::size_t>(key.Rank)];
-    Put(key.Id, message);
-    Put(results.Values.data() + i * components, components, message);
-  }
   Returned returned;
-  const std::size_t count = this->Positions.size() / 3;
-  returned.Has.assign(count, 0);
-  returned.Values.assign(count * components, 0.0f);
+  this->Group.DoOwn([&] {
+    for (std::size_t i = 0; i < results.Points.size(); ++i)
+    {
+      const PointKey& key = this->Fetched[static_cast<std::size_t>(results.Points[i])];
+      Message& message = messages[static_cast<std::size_t>(key.Rank)];
+      Put(key.Id, message);
+      Put(results.Values.data() + i * components, components, message);
+    }
+    const std::size_t count = this->Positions.size() / 3;
+    returned.Has.assign(count, 0);
+    returned.Values.assign(count * components, 0.0f);
+  });
   for (const Message& message : this->Group.Exchange(std::move(messages)))
   {
     for (MessageReader reader(message); reader.Size() > 0;)

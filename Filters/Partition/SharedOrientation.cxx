@@ -191,22 +191,21 @@ bool SharedOrientation::Orient(const LocalCloud& cloud, const NeighborGraph& gra
 {
   std::vector<Message> messages =
     this->Group.ToRoot([&] { return this->PackRegion(cloud, graph, fits, settings.Facings); });
-  std::vector<Message> answers(static_cast<size_t>(this->Group.Size()));
-  if (this->Group.IsRoot())
-  {
-    answers = this->OrientAll(std::move(messages), settings, progress);
-  }
+  std::vector<Message> answers;
+  this->Group.DoOwn([&] {
+    answers = this->Group.IsRoot() ? this->OrientAll(std::move(messages), settings, progress)
+                                   : std::vector<Message>(static_cast<size_t>(this->Group.Size()));
+    result.TwoSided.resize(static_cast<size_t>(cloud.Size()));
+  });
   const Message answer = this->Group.Exchange(std::move(answers))[0];
   if (answer.empty())
   {
     return false; // stopped on rank 0
   }
   MessageReader reader(answer);
-  const auto count = static_cast<size_t>(cloud.Size());
   result.NumberOfComponents = reader.Get<int>();
   result.NumberOfClosedComponents = reader.Get<int>();
-  result.TwoSided.resize(count);
-  for (size_t i = 0; i < count; ++i)
+  for (size_t i = 0; i < result.TwoSided.size(); ++i)
   {
     const auto point = reader.Get<OrientedPoint>();
     result.TwoSided[i] = point.TwoSided;

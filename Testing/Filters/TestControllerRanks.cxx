@@ -4,7 +4,11 @@
  * The program's own operator new refuses what is too large for a thread.
  */
 #include "Core/Picture/SplatExchange.h"
+#include "Filters/Common/NeighborGraph.h"
+#include "Filters/Partition/PartitionedCloud.h"
+#include "Filters/Partition/SharedOrientation.h"
 #include "Parallel/ControllerRanks.h"
+#include "SurfelTesting.h"
 #include "ThreadController.h"
 
 #include <doctest/doctest.h>
@@ -46,14 +50,14 @@ constexpr std::size_t Long = 100'000;
 
 /// How many of three ranks throw RanksLackMemory if one gets not more than so much at once.
 template <typename Function>
-int CountThrows(std::size_t largest, const Function& function)
+int CountThrows(std::size_t largest, const Function& function, int limited = 1)
 {
   std::atomic<int> thrown{ 0 };
   SurfelTesting::ThreadController::Run(3, [&](vtkMultiProcessController* controller) {
     ControllerRanks ranks(controller);
     try
     {
-      function(ranks, ranks.Rank() == 1 ? largest : Unlimited);
+      function(ranks, ranks.Rank() == limited ? largest : Unlimited);
     }
     catch (const RanksLackMemory&)
     {
@@ -114,5 +118,72 @@ TEST_CASE("No memory to make a message")
   };
   CHECK(CountThrows(Unlimited, shareLargest) == 0);
   CHECK(CountThrows(Long, shareLargest) == 3);
+}
+
+/// A cloud of three ranks, and what each has fetched of it.
+struct Fetched
+{
+  explicit Fetched(Ranks& ranks)
+    : Whole(ranks,
+        SurfelTesting::ToPolyData(
+          SurfelTesting::MakeSphere(1.0, 2000, SurfelTesting::Random(1 + ranks.Rank())).Points))
+  {
+    const double origin[3] = { 0.0, 0.0, 0.0 };
+    SurfelGeometry::GatherCloud(this->Fetch()->GetPoints(), origin, this->Cloud);
+    const auto count = static_cast<std::size_t>(this->Cloud.Size());
+    this->Graph.Ids.assign(SurfelGeometry::KeptNeighbors * count, -1);
+    this->Fits.resize(count);
+    this->Results.Components = 3;
+    for (std::size_t i = 0; i < count; ++i)
+    {
+      if (this->Whole.IsInRegion(this->Cloud.InputIds[i]))
+      {
+        this->Results.Points.push_back(this->Cloud.InputIds[i]);
+      }
+    }
+    this->Results.Values.resize(3 * this->Results.Points.size());
+  }
+
+  vtkSmartPointer<vtkPolyData> Fetch() { return this->Whole.Fetch(0.1, {}); }
+
+  SurfelGeometry::PartitionedCloud Whole;
+  SurfelGeometry::LocalCloud Cloud;
+  SurfelGeometry::NeighborGraph Graph;
+  SurfelGeometry::PlaneFits Fits;
+  SurfelGeometry::PartitionedCloud::Results Results;
+};
+
+/// Whatever the rank does not get, all ranks throw or none.
+template <typename Function>
+void CheckAllThrow(int limited, const Function& function)
+{
+  const auto run = [&](Ranks& ranks, std::size_t largest) {
+    Fetched fetched(ranks);
+    Largest = largest;
+    function(ranks, fetched);
+  };
+  CHECK(CountThrows(4096, run, limited) == 3);
+  for (std::size_t largest = 5000; largest < 5'000'000; largest += largest / 4)
+  {
+    const int thrown = CountThrows(largest, run, limited);
+    CHECK((thrown == 3 || thrown == 0));
+  }
+  CHECK(CountThrows(Unlimited, run, limited) == 0);
+}
+
+TEST_CASE("No memory for a part of a cloud")
+{
+  CheckAllThrow(1, [](Ranks&, Fetched& fetched) { fetched.Fetch(); });
+  CheckAllThrow(1, [](Ranks&, Fetched& fetched) { fetched.Whole.Return(fetched.Results); });
+}
+
+/// The root does.
+TEST_CASE("No memory to orient a cloud")
+{
+  CheckAllThrow(0, [](Ranks& ranks, Fetched& fetched) {
+    SurfelGeometry::OrientationResult result;
+    SurfelGeometry::SharedOrientation(ranks, fetched.Whole)
+      .Orient(fetched.Cloud, fetched.Graph, {}, { nullptr, 0.0, 1.0 }, fetched.Fits, result);
+  });
 }
 }
