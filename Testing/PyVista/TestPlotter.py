@@ -246,6 +246,16 @@ class TestLens(PlotterCase):
         self.picture(pl)  # as it was
         np.testing.assert_allclose(pl.surfels.splatter.GetFocusPoint(), (0, 1, -1), atol=0.03)
 
+    def test_focus_on_a_mesh_in_the_middle(self):
+        """Where it hides the surfels, and not where they hide it or something is beside it."""
+        for center, z in (((0, 0, 2), 2.5), ((0, 0, -3), 1), ((2, 0, 2), 1)):
+            pl = self.plotter()
+            pl.surfels.add(self.surfels)
+            pl.add_mesh(pv.Cube(center=center, x_length=0.8, y_length=0.8))
+            pl.surfels.lens(coc=60)
+            self.picture(pl)
+            np.testing.assert_allclose(pl.surfels.splatter.GetFocusPoint(), (0, 0, z), atol=0.03)
+
     def test_focus_of_a_camera(self):
         """A focal distance of the camera stays; of nothing but meshes its focal point is in focus."""
         for prepare in (lambda pl: pl.surfels.add(self.surfels) and pl.camera.SetFocalDistance(3),

@@ -12,20 +12,15 @@ import weakref
 import numpy as np
 import pyvista as pv
 
-from ..arraypoints import point_rows
-from ..backend import vtk
 from ..lens import Lens, focus_on_point
 from ..lighting import are_photographs
 from ..problems import check_names, warn_user
-from ..surfels import in_the_world, is_surfels
 from ..views.cameras import STILL_CELLS
-from ..vtkSurfelReaders import vtkGaussianSplatReader
 from ..vtkSurfelRendering import vtkSurfelSplatter, vtkSurfelSplattingPass
 from .firstview import FirstView
+from .focus import focus_on_middle, has_no_focus, point_at
 from .mapper import SurfelMapper
-from .middle import surface_in_the_middle
-from .points import as_one, points_of, surfels_of, with_opacity, with_scalars
-from .readers import read_capture
+from .points import are_colors, as_dataset, points_and_surfels, with_opacity, with_scalars
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -121,7 +116,7 @@ class SurfelComponent:
                     component._first_views.pop(id(renderer)).show_others(renderer)
                 if id(renderer) in component._unfocused:
                     component._unfocused.remove(id(renderer))
-                    component._focus_on_middle(renderer)
+                    focus_on_middle(component._passes[id(renderer)].GetSplatter(), renderer)
 
         window.AddObserver("StartEvent", before_frame)
 
@@ -143,12 +138,6 @@ class SurfelComponent:
 
         """
         return self.render_pass.GetSplatter()
-
-    def _focus_on_middle(self, renderer):
-        splatter = self._passes[id(renderer)].GetSplatter()
-        point = surface_in_the_middle(renderer) if _has_no_focus(splatter, renderer.camera) else None
-        if point is not None:
-            focus_on_point(splatter, None, point)
 
     def add(self, cloud: pv.DataSet | pv.MultiBlock | ArrayLike | str | Path,
             scalars: str | ArrayLike | None = None, *, color: Any = None, rgb: bool | None = None,
@@ -225,12 +214,12 @@ class SurfelComponent:
         if rgb is None:
             rgb = kwargs.pop("rgba", None)
         plotter = self._plotter
-        points, name = with_scalars(_as_dataset(cloud), scalars)
+        points, name = with_scalars(as_dataset(cloud), scalars)
         points, opacity = with_opacity(points, kwargs.pop("opacity", None))
-        points, surfels = _points_and_surfels(points)
+        points, surfels = points_and_surfels(points)
         if rgb is None and color is None and kwargs.get("cmap") is None and kwargs.get("component") is None:
-            rgb = _are_colors(surfels, name)
-        if rgb and _are_colors(surfels, name) and are_photographs(surfels.point_data[name]):
+            rgb = are_colors(surfels, name)
+        if rgb and are_colors(surfels, name) and are_photographs(surfels.point_data[name]):
             kwargs.setdefault("lighting", False)
         if color is not None and "GaussianHarmonics" in surfels.point_data:
             surfels = surfels.copy(deep=False)
@@ -278,8 +267,8 @@ class SurfelComponent:
         focus : sequence[float], optional
             A point ``(x, y, z)`` of the world, or a pixel ``(x, y)`` of the window, counted from
             its lower left corner, as ``plotter.mouse_position`` is. The point, or the surface that
-            the pixel sees, stays in focus when the camera moves. By default it is the surface of
-            the surfels in the middle of the next frame, unless the camera has a focal distance.
+            the pixel sees, stays in focus when the camera moves. By default it is the surface in
+            the middle of the next frame, unless the camera has a focal distance.
 
         diameter : float, optional
             Diameter of the lens in world units, instead of ``coc``.
@@ -316,52 +305,16 @@ class SurfelComponent:
         _check_camera(camera)
         self._unfocused.discard(id(renderer))
         if lens.focus is not None:
-            point = self._point_at(lens.focus) if lens.focus_is_pixel else lens.focus
+            point = (point_at(self._plotter, splatter, lens.focus) if lens.focus_is_pixel
+                     else lens.focus)
             focus_on_point(splatter, camera if renderer.camera_set else None, point)
         if coc is not None or diameter is not None:
             lens.set_size(splatter, camera)
-            if (coc or diameter) and _has_no_focus(splatter, camera):
+            if (coc or diameter) and has_no_focus(splatter, camera):
                 self._unfocused.add(id(renderer))
         splatter.SetLensCells(int(lens.cells))
         if render:
             self._plotter.render()
-
-    def _point_at(self, pixel):
-        """The point that a pixel of the active subplot sees."""
-        plotter = self._plotter
-        renderer, camera = plotter.renderer, plotter.camera
-        width, height = plotter.window_size
-        if not renderer.IsInViewport(*pixel):
-            raise ValueError(f"the lens's focus {pixel} is no pixel of the active subplot in a window "
-                             f"of {width} x {height}")
-        distance = self._distance_at(pixel)
-        if distance is None:
-            if camera.parallel_projection:
-                raise ValueError("the camera has a parallel projection, with which all is sharp, so the "
-                                 f"lens cannot focus on the pixel {pixel}; disable_parallel_projection()")
-            raise ValueError(f"the pixel {pixel} sees nothing, so the lens cannot focus on it; choose a "
-                             "pixel that shows a surface, or give a point (x, y, z)")
-        renderer.SetDisplayPoint(*pixel, 0)
-        renderer.DisplayToWorld()
-        near = np.array(renderer.GetWorldPoint())
-        position = np.array(camera.position)
-        ray = near[:3] / near[3] - position
-        return tuple(position + ray * (distance / (ray @ camera.GetDirectionOfProjection())))
-
-    def _distance_at(self, pixel):
-        """Distance along the view direction to what a pixel sees without the lens, or None."""
-        plotter, splatter = self._plotter, self.splatter
-        camera = plotter.camera
-        distance, mode = camera.GetFocalDistance(), splatter.GetLensMode()
-        splatter.SetLensModeToPinhole()
-        try:
-            plotter.screenshot(return_img=True)  # for what was never rendered
-            plotter.render()
-            found = vtkSurfelSplattingPass.FocusAt(plotter.renderer, *pixel)
-            return camera.GetFocalDistance() if found else None
-        finally:
-            splatter.SetLensMode(mode)
-            camera.SetFocalDistance(distance)
 
     def __plotter_close__(self) -> None:
         """Free the render passes and what they have on the graphics card."""
@@ -403,44 +356,6 @@ def _stop_for_button(window, _event):
     """A button that is pressed does not wait for the other cells of the lens."""
     if not window.GetOffScreenRendering() and window.GetEventPending():
         window.SetAbortRender(True)
-
-
-def _as_dataset(cloud):
-    if isinstance(cloud, (pv.DataSet, pv.MultiBlock)):
-        return as_one(cloud)
-    if isinstance(cloud, np.ndarray):
-        return pv.PolyData(point_rows(cloud))
-    if isinstance(cloud, (str, Path)):
-        is_capture = vtkGaussianSplatReader.CanReadFile(str(cloud))  # PyVista reads .ply as a mesh
-        return read_capture(cloud) if is_capture else _as_dataset(pv.read(cloud))
-    if isinstance(cloud, (pv._vtk.vtkDataSet, pv._vtk.vtkMultiBlockDataSet)):
-        return as_one(pv.wrap(cloud))
-    if isinstance(cloud, vtk("vtkCommonCore").vtkObject):
-        raise TypeError(f"cloud is of the type {type(cloud).__name__}, which has no points for surfels; give "
-                        "a data set, such as a pyvista.PolyData, or an array of shape (n, 3)")
-    if hasattr(cloud, "GetClassName"):
-        package = type(cloud).__module__.partition(".")[0]
-        raise TypeError(f"cloud is a {cloud.GetClassName()} of {package}, which PyVista does not use "
-                        f"here; objects of two VTKs do not mix. Make a pyvista.PolyData of its points")
-    return pv.PolyData(point_rows(cloud))
-
-
-def _points_and_surfels(cloud):
-    if is_surfels(cloud):
-        return cloud, pv.wrap(in_the_world(cloud))  # picking finds files of surfels in place, too
-    points = points_of(cloud)
-    return points, surfels_of(points)
-
-
-def _are_colors(surfels, name):
-    if name is None:
-        return False
-    values = surfels.point_data[name]
-    return values.dtype == np.uint8 and values.ndim == 2 and values.shape[1] in (3, 4)
-
-
-def _has_no_focus(splatter, camera):
-    return splatter.GetFocusMode() == splatter.FOCUS_CAMERA and not camera.GetFocalDistance()
 
 
 def _check_camera(camera):

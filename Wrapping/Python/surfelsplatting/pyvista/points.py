@@ -1,19 +1,44 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Which points of a data set surfels are made of, and by which of their arrays they are coloured."""
 
+from pathlib import Path
+
 import numpy as np
 import pyvista as pv
 
+from ..arraypoints import point_rows
 from ..backend import vtk
 from ..clouds.reading import Cloud, cloud_of
 from ..clouds.stations import TO_SCANNER
-from ..surfels import MODEL, in_the_world, make_surfels, scan
+from ..surfels import MODEL, in_the_world, is_surfels, make_surfels, scan
 from ..views.digits import warn_of_steps
 from ..views.outward import turn_outward
 from ..views.sensor import keep_sensor
-
+from ..vtkSurfelReaders import vtkGaussianSplatReader
+from .readers import read_capture
 
 OPACITY = "opacity of points"
+
+
+def as_dataset(cloud):
+    """What pl.surfels.add is given, as one data set."""
+    if isinstance(cloud, (pv.DataSet, pv.MultiBlock)):
+        return as_one(cloud)
+    if isinstance(cloud, np.ndarray):
+        return pv.PolyData(point_rows(cloud))
+    if isinstance(cloud, (str, Path)):
+        is_capture = vtkGaussianSplatReader.CanReadFile(str(cloud))  # PyVista reads .ply as a mesh
+        return read_capture(cloud) if is_capture else as_dataset(pv.read(cloud))
+    if isinstance(cloud, (pv._vtk.vtkDataSet, pv._vtk.vtkMultiBlockDataSet)):
+        return as_one(pv.wrap(cloud))
+    if isinstance(cloud, vtk("vtkCommonCore").vtkObject):
+        raise TypeError(f"cloud is of the type {type(cloud).__name__}, which has no points for surfels; give "
+                        "a data set, such as a pyvista.PolyData, or an array of shape (n, 3)")
+    if hasattr(cloud, "GetClassName"):
+        package = type(cloud).__module__.partition(".")[0]
+        raise TypeError(f"cloud is a {cloud.GetClassName()} of {package}, which PyVista does not use "
+                        f"here; objects of two VTKs do not mix. Make a pyvista.PolyData of its points")
+    return pv.PolyData(point_rows(cloud))
 
 
 def as_one(dataset):
@@ -67,6 +92,14 @@ def surfels_of(points, **options):
     return surfels
 
 
+def points_and_surfels(cloud):
+    """-> the points that surfels are made of, or the surfels if they are there already; the surfels"""
+    if is_surfels(cloud):
+        return cloud, pv.wrap(in_the_world(cloud))  # picking finds files of surfels in place, too
+    points = points_of(cloud)
+    return points, surfels_of(points)
+
+
 def with_scalars(dataset, scalars):
     """-> the data set with the scalars of pl.surfels.add, the name of their point array or None"""
     if scalars is None:
@@ -95,6 +128,13 @@ def with_opacity(dataset, opacity):
     dataset = dataset.copy(deep=False)
     dataset.point_data.set_array(values, OPACITY)
     return dataset, OPACITY
+
+
+def are_colors(surfels, name):
+    if name is None:
+        return False
+    values = surfels.point_data[name]
+    return values.dtype == np.uint8 and values.ndim == 2 and values.shape[1] in (3, 4)
 
 
 def _no_array(dataset, name):
