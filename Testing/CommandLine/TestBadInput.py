@@ -217,7 +217,7 @@ class TestBadInput(ToolCase):
         self.refuse_options("--focal-disk", "1", "--pinhole", says="--pinhole and --focal-disk cannot be combined")
         self.refuse_options("--background", "0", "0", "2", says="between 0 and 1")
         self.refuse_options("--threads", "0", says="--threads")
-        self.refuse_options("--repeat", "none", says="--repeat")
+        self.refuse_options("--threads", "none", says="--threads")
         self.refuse_options("--nonsense", says="--nonsense")
         self.refuse("paint", says="'paint' is no command; give one of view, web, render")
         self.refuse("rendr", "ok.ply", says="did you mean render?")

@@ -42,12 +42,11 @@ class TestDetail(ToolCase):
     def test_one_sharp_picture_needs_no_hierarchy(self):
         sharp, statistics = self.run_with()
         self.assertNotIn("hierarchy", statistics["milliseconds"])
-        for options in (["--lod", "moments"], ["--lod-error", "1"], ["--color-by", "level"],
-                        ["--channels", "level"], ["--repeat", "2"], ["--blur", "1"],
+        for options in (["--lod-error", "1"], ["--channels", "level"], ["--blur", "1"],
                         ["--hierarchy", "nodes.vtp"]):
             picture, statistics = self.run_with(*options)
             self.assertIn("hierarchy", statistics["milliseconds"], options)
-            if options[0] not in ("--color-by", "--blur"):
+            if options[0] != "--blur":
                 difference = np.abs(picture - sharp)  # at outlines
                 self.assertLess(difference.mean(), 6e-4, options)  # 4.3e-4
                 self.assertLess(difference.max(), 0.04, options)  # 0.025
@@ -63,19 +62,6 @@ class TestDetail(ToolCase):
         self.refuse("render", "ball.ply", "--points-per-part", "10", "-o", "out.png",
                     says="between 1000 and")
 
-    def test_modes(self):
-        moments, _ = self.run_with(*LENS)
-        paper, statistics = self.run_with(*LENS, "--lod", "paper")
-        self.assertGreater(np.abs(moments - paper).max(), 1e-3)
-        self.assertLess(statistics["splats"], 2000)
-
-    def test_color_by_level(self):
-        sharp, _ = self.run_with("--color-by", "level", "--lod-error", "0")
-        surfels = sharp[36, 48] / sharp[36, 48, 3]
-        np.testing.assert_allclose(surfels[:3], 0.85, atol=1e-5)  # light grey
-        blurred, _ = self.run_with(*LENS, "--color-by", "level")
-        self.assertGreater(np.ptp(blurred[36, 48, :3]), 0.1)
-
     def test_saved_hierarchy_is_drawn_as_it_is(self):
         first, _ = self.run_with(*LENS, "--hierarchy", "nodes.vtp")
         again, statistics = self.run_with(*LENS, cloud="nodes.vtp")
@@ -85,11 +71,6 @@ class TestDetail(ToolCase):
             self.assertNotIn(stage, statistics["milliseconds"])
         self.assertEqual(self.read_vtp("nodes.vtp").GetFieldData().GetArray("SurfelLeaves")
                          .GetNumberOfValues(), 2)
-
-    def test_repeated_frames_prepare_nothing(self):
-        _, statistics = self.run_with(*LENS, "--repeat", "3")
-        self.assertEqual(statistics["detail"]["prepared"], 0)
-        self.assertEqual(len(set(statistics["frames"])), 3)  # all rendered
 
     def test_contradictions(self):
         for options in (["--lod-error", "1"], ["--hierarchy", "nodes.vtp"]):

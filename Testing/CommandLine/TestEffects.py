@@ -33,9 +33,6 @@ ON_A_HIERARCHY = (
     ("--opacity 0:0.5", "", "on ball.vtp, which is no volume"),
     ("--unit-distance 2", "", "on ball.vtp, which is no volume"),
     ("--capture-filter antialiased", "", "on ball.vtp, which is no capture"),
-    ("--repeat 3", "", "without --stats"),
-    ("--repeat 3", "--stats out.json", None),
-    ("--lod paper", "--no-lod", "with --no-lod"),
     ("--cleaning off", "", "on ball.vtp, which holds surfels already"),
     ("--sides two", "", "on ball.vtp, which holds surfels already"),
     ("--neighbors 20", "", "on ball.vtp, which holds surfels already"),
@@ -136,11 +133,6 @@ class TestEffects(ToolCase):
         said = self.tool("render", "ball.vtp", *SMALL, "--sides", "two", "--cleaning", "off",
                          "-o", "out.png")
         self.assertIn("--cleaning and --sides have no effect on ball.vtp", said)
-
-    def test_levels_without_levels(self):
-        said = self.tool("render", "ball.vtp", *SMALL, "--color-by", "level", "--no-lod",
-                         "-o", "out.png")
-        self.assertRegex(said, r"\Asurfelsplat: warning: --color-by level makes all white")
 
     def test_lens_that_blurs_nothing(self):
         """A lens of 2 px at infinity blurs a ball by a fraction of that."""

@@ -112,8 +112,7 @@ class TestMappedFiles(ToolCase):
         options = [*SMALL, "--blur", "8", "--stats", "stats.json"]
         self.render("ball.ply", *options, "--hierarchy", "ball.vtp", "-o", "a.exr")
         self.render("ball.vtp", *options, "--hierarchy", "ball.surfels", "-o", "b.exr")
-        for look in ([], ["--linear-light"], ["--lod", "paper"], ["--scalars", "z"],
-                     ["--view", "left"]):
+        for look in ([], ["--linear-light"], ["--scalars", "z"], ["--view", "left"]):
             self.render("ball.vtp", *options, *look, "-o", "a.exr")
             self.render("ball.surfels", *options, *look, "-o", "b.exr")
             np.testing.assert_array_equal(self.read_rgba("a.exr"), self.read_rgba("b.exr"), str(look))
@@ -175,6 +174,19 @@ class TestMappedFiles(ToolCase):
         filtered.SetInputData(surfels)
         filtered.Update()
         self.assert_same_picture(filtered.GetOutput(), load())
+
+    def test_the_papers_level_of_detail(self):
+        """Needs values of all surfels."""
+        surfels = hierarchy_of(ball(3000))
+        save(surfels)
+        pictures = [Picture(surfels), Picture(surfels), Picture(load())]
+        for picture in pictures:
+            picture.renderer.GetCamera().SetFocalDisk(3)
+        for picture in pictures[1:]:
+            picture.renderer.GetSplatter().SetLODModeToPaper()
+        moments, one, other = (picture.pixels() for picture in pictures)
+        self.assertGreater(np.abs(moments - one).max(), 1e-3)
+        np.testing.assert_array_equal(one, other)
 
     def test_arrays(self):
         surfels = hierarchy_of(ball(3000))

@@ -84,7 +84,7 @@ class TestScalars(ToolCase):
         np.testing.assert_array_equal(
             self.picture("--scalars", "intensity", cloud="ball.vtp"), expected)
         # The colours of the cloud are still there.
-        by_detail = "--lod", "moments"
+        by_detail = "--lod-error", "1"
         np.testing.assert_array_equal(self.picture(cloud="ball.vtp"), self.picture(*by_detail))
         np.testing.assert_array_equal(self.picture("--scalars", "z", cloud="ball.vtp"),
                                       self.picture("--scalars", "z", *by_detail))
@@ -113,8 +113,7 @@ class TestScalars(ToolCase):
         for options, says in ((("--scalars", "height"), "'height'; there are intensity, x, y, z"),
                               (("--scalars", "RGB"), "there are no scalars 'RGB'"),
                               (("--scalars", "x", "--range", "2", "2"), "--range is from 2 to 2"),
-                              (("--scalars", "x", "--colormap", "none such"), "'none such'"),
-                              (("--scalars", "x", "--color-by", "level"), "cannot be combined")):
+                              (("--scalars", "x", "--colormap", "none such"), "'none such'")):
             self.refuse("render", "ball.xyz", *FRAME, *options, "-o", "out.png", says=says)
 
 

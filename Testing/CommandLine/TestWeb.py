@@ -269,7 +269,7 @@ class TestPage(WebCase):
         self.page.get_by_text("0.9999", exact=True).wait_for()  # the bar's end
         self.assertEqual(self.download("camera"), nearer)
         self.assertEqual(self.download("picture"),
-                         self.render("--camera", "camera.json", "--scalars", "z", "--lod", "moments"))
+                         self.render("--camera", "camera.json", "--scalars", "z", "--lod-error", "1"))
         self.check_shown()
         self.page.locator("#reset").click()
         self.assertEqual(self.wait_for_change(nearer), start)

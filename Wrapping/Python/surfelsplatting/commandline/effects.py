@@ -27,17 +27,8 @@ def without_effect(arguments, view):
     """-> texts about options that change nothing, whatever the cloud. view: the asked one."""
     texts = _of_lens(arguments, view)
     keeps_normals = any(getattr(arguments, name, None) for name in ("hierarchy", "surfels"))
-    rules = (
-        (("--repeat",), getattr(arguments, "stats", None), "without --stats, which tells the times"),
-        (("--lod",), not arguments.no_lod, "with --no-lod"),
-        (("--shade",), not arguments.unlit or keeps_normals, "with --unlit"),
-    )
-    for options, has_effect, reason in rules:
-        if not has_effect:
-            texts += _texts(arguments, options, reason)
-    if arguments.color_by and arguments.no_lod:
-        texts.append("--color-by level makes all white with --no-lod, since every splat is a single "
-                     "surfel; leave --no-lod out")
+    if arguments.unlit and not keeps_normals:
+        texts += _texts(arguments, ("--shade",), "with --unlit")
     return texts
 
 

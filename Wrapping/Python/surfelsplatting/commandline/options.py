@@ -207,19 +207,12 @@ def add_detail_options(parser):
     detail = parser.add_argument_group(
         "level of detail", "A hierarchy has fewer, larger splats for blurred and tiny things. One sharp\n"
         "picture of up to 10 million points takes less time without it, and has one only if\n"
-        "an option needs it, such as --lod, --color-by or --hierarchy.")
-    detail.add_argument("--lod", choices=("moments", "paper"), default="moments",
-                        help="how one splat represents several surfels: by their moments and "
-                             "colour gradients, or as in Krivanek et al. 2003 (default: moments)")
+        "an option needs it, such as --lod-error or --hierarchy.")
     detail.add_argument("--lod-error", type=not_negative, metavar="E",
                         help="error of the level of detail: smaller is more accurate and slower "
                              "(default: 1)")
     detail.add_argument("--no-lod", action="store_true",
                         help="draw every surfel, without a hierarchy")
-    detail.add_argument("--color-by", choices=("level",), metavar="level",
-                        help="colour each splat by its level: white for a single surfel, then "
-                             "blue, green, yellow, orange, red, violet, brown for 2, 4, 8, ... of "
-                             "them")
 
 
 def add_other_outputs(parser):
@@ -233,10 +226,7 @@ def add_other_outputs(parser):
                               "the estimation. A .surfels file opens at once, however large it "
                               "is; OUT.vtp is for captures and other programs")
     outputs.add_argument("--surfels", metavar="OUT.vtp", help="also write the surfels")
-    outputs.add_argument("--stats", metavar="OUT.json",
-                         help="write counts and times: medians over all frames but the first")
-    outputs.add_argument("--repeat", type=count, default=1, metavar="N",
-                         help="render N times (for --stats)")
+    outputs.add_argument("--stats", metavar="OUT.json", help="write counts and times")
 
 
 def add_run_options(parser):
@@ -257,7 +247,7 @@ def add_run_options(parser):
 EXCLUSIVE = (("--view", "--position"), ("--up", "--view-up"), ("--view-angle", "--focal-length"),
              ("--focus-pixel", "--focus-point", "--focal-distance"),
              ("--pinhole", "--focal-disk", "--circle-of-confusion", "--f-number", "--blur"),
-             ("--scalars", "--color-by"), ("--no-lod", "--lod-error"))
+             ("--no-lod", "--lod-error"))
 
 
 def check_options(arguments):

@@ -49,10 +49,9 @@ def _check_hierarchy(cloud, arguments):
 
 
 def _needs_hierarchy(asked, cloud, arguments):
-    asks_for_it = {"--lod", "--lod-error", "--color-by"} & set(arguments.given)
     return not arguments.no_lod and bool(
-        needs_hierarchy(cloud.data, asked.has_lens) or arguments.repeat > 1 or cloud.is_gaussians
-        or is_hierarchy(cloud.data) or arguments.hierarchy or asks_for_it
+        needs_hierarchy(cloud.data, asked.has_lens) or cloud.is_gaussians
+        or is_hierarchy(cloud.data) or arguments.hierarchy or arguments.lod_error is not None
         or "LEVEL" in (arguments.channels or ()))
 
 
@@ -71,13 +70,11 @@ def _picture_port(arguments):
     return 0 if arguments.transparent or arguments.output.lower().endswith(".exr") else 1
 
 
-def _render_frames(renderer, count, session):
-    for number in range(count):
-        session.progress.show("rendering", number / count)
-        renderer.Modified()  # render every frame, although nothing has changed
-        session.progress.update(renderer, "rendering", _picture_port(session.arguments))
-        session.messages.check()
-        session.run.note_frame(renderer.GetSplatter())
+def _render_frame(renderer, session):
+    renderer.Modified()  # render it, although it may be what was focused on
+    session.progress.update(renderer, "rendering", _picture_port(session.arguments))
+    session.messages.check()
+    session.run.note_frame(renderer.GetSplatter())
 
 
 def _write_outputs(renderer, surfels, drawn, arguments, session):
@@ -168,7 +165,7 @@ def render(arguments):
         view, depths = _focus(renderer, asked, view, drawn, session)
         session.say(str(view))
         warn_of_backs(samples, [view], are_made, session)
-        _render_frames(renderer, arguments.repeat, session)
+        _render_frame(renderer, session)
     _say_what_is_seen(renderer, depths, view, session)
     _write_outputs(renderer, surfels, drawn, arguments, session)
     if arguments.save_camera:

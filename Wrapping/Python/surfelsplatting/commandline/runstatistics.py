@@ -5,8 +5,6 @@ import resource
 import time
 from contextlib import contextmanager
 
-import numpy as np
-
 from ..version import __version__
 
 
@@ -15,7 +13,6 @@ class RunStatistics:
         self._threads = threads
         self._milliseconds = {}
         self._stage, self._began = None, 0.0
-        self._frames = []  # one {stage: ms} for each frame
         self._counts = {"splats": 0, "fragments": 0}
         self._detail = {}
         self._skipped = {}
@@ -51,10 +48,9 @@ class RunStatistics:
         self._invalid["points"] += estimation.GetNumberOfNonFinitePoints()
 
     def note_frame(self, splatter):
-        frame = {splatter.GetStageName(i): splatter.GetStageMilliseconds(i)
-                 for i in range(splatter.GetNumberOfStages())}
-        frame["frame"] = splatter.GetFrameMilliseconds()
-        self._frames.append(frame)
+        self._milliseconds |= {splatter.GetStageName(i): splatter.GetStageMilliseconds(i)
+                               for i in range(splatter.GetNumberOfStages())}
+        self._milliseconds["frame"] = splatter.GetFrameMilliseconds()
         self._counts = {"splats": splatter.GetNumberOfSplats(),
                         "fragments": splatter.GetNumberOfFragments()}
         self._counts["blurred"] = splatter.GetNumberOfBlurredSplats()
@@ -69,13 +65,6 @@ class RunStatistics:
                       "pinholes": bool(splatter.GetLensPinholes())}
         self._invalid["surfels"] = splatter.GetNumberOfInvalidSurfels()
 
-    def _frame_medians(self):
-        """Without the first frame, which also fills caches, unless it is the only one."""
-        frames = self._frames[1:] or self._frames
-        names = {name: None for frame in frames for name in frame}
-        return {name: float(np.median([frame.get(name, 0.0) for frame in frames]))
-                for name in names}
-
     def seconds_to_hierarchy(self):
         """From points to the hierarchy; 0 if the file held surfels already."""
         stages = ("surfels", "hierarchy") if "surfels" in self._milliseconds else ()
@@ -86,8 +75,6 @@ class RunStatistics:
 
     def summary(self, points, surfels, view):
         """The contents of the .json file. points, surfels: their numbers."""
-        milliseconds = {**self._milliseconds, **self._frame_medians(),
-                        "first_frame": self._frames[0]["frame"]}
         return {
             "version": __version__,
             "points": points,
@@ -100,7 +87,6 @@ class RunStatistics:
             "cleaned": self._cleaned,
             "size": list(view.size),
             "threads": self._threads,
-            "frames": [frame["frame"] for frame in self._frames],
             "peak_memory_mib": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
-            "milliseconds": {name: round(value, 3) for name, value in milliseconds.items()},
+            "milliseconds": {name: round(value, 3) for name, value in self._milliseconds.items()},
         }

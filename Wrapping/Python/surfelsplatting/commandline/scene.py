@@ -76,7 +76,7 @@ def make_renderer(surfels, view, arguments):
     splatter.SetDeepSamples(arguments.deep)
     splatter.SetChannels(sum({getattr(splatter, f"CHANNEL_{name}")
                               for name in arguments.channels or ()}))
-    splatter.FrameReuseOff()  # render again for --repeat
+    splatter.FrameReuseOff()  # for --stats, count the frame although it was focused on
     set_splatter(splatter, arguments)
     return renderer
 
@@ -84,8 +84,5 @@ def make_renderer(surfels, view, arguments):
 def _set_detail(splatter, arguments):
     if arguments.no_lod:
         splatter.SetLODModeToOff()
-    elif arguments.lod == "paper":
-        splatter.SetLODModeToPaper()
     if arguments.lod_error is not None:
         splatter.SetLODError(arguments.lod_error)
-    splatter.SetColorByLevel(arguments.color_by == "level")

@@ -6,8 +6,7 @@ from ..options import (add_camera_options, add_clouds, add_lens_options, add_loo
 
 # The options of render that a moving picture does without. Its focus has an effect without a lens,
 # too, as in a camera file, since the lens may be opened later.
-DETAIL = dict(kernel="pearson", no_lod=False, lod="moments", lod_error=None,
-              color_by=None, save_camera=True)
+DETAIL = dict(kernel="pearson", no_lod=False, lod_error=None, save_camera=True)
 
 DESCRIPTION = """\
 Shows a point cloud in a window, with depth of field: drag to turn, click on what should be sharp,
