@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Readers/PointCloudHeader.h"
 
+#include "Filters/Readers/ReadingProblem.h"
+
 #include <algorithm>
 #include <cstdint>
 #include <fstream>
@@ -323,7 +325,11 @@ Format CheckFile(const std::string& path)
   const Format format = FindFormat(path);
   if (format == Format::Unknown)
   {
-    throw std::runtime_error("neither a .ply nor a .pcd file, judging by its first bytes.");
+    std::string start(15, ' '); // enough for <!DOCTYPE html>
+    file.read(&start[0], static_cast<std::streamsize>(start.size()));
+    start.resize(static_cast<std::size_t>(file.gcount()));
+    throw std::runtime_error("neither a .ply nor a .pcd file: it begins with \"" +
+      Printable(start) + "\"; is its name right, and was all of it downloaded?");
   }
   file.seekg(0, std::ios::end);
   const auto fileBytes = static_cast<std::uint64_t>(file.tellg());

@@ -138,7 +138,9 @@ class TestEffects(ToolCase):
         """A lens of 2 px at infinity blurs a ball by a fraction of that."""
         said = self.tool("render", "ball.vtp", *SMALL, "--circle-of-confusion", "2",
                          "-o", "out.png")
-        self.assertRegex(said, r"warning: the lens blurs nothing .* more than 0\.\d+ px")
+        self.assertRegex(said, r"warning: the lens blurs nothing .* more than 0\.\d+ px; .* needs$")
+        said = self.tool("render", "ball.vtp", *SMALL, "--f-number", "2.8", "-o", "out.png")
+        self.assertRegex(said, "blurs nothing .*; --f-number takes the units of the cloud for metres$")
 
 
 if __name__ == "__main__":

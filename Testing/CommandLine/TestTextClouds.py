@@ -29,6 +29,12 @@ class TestTextClouds(ToolCase):
                      "x,y,z\n1,2,3\n4,5,6\n", "1 2 3\r\n4 5 6\r\n"):
             self.assertEqual(self.check_points(text), {}, repr(text))
 
+    def test_points_that_begin_with_their_names(self):
+        for text in ("point,x,y,z\nP1,1,2,3\nP2,4,5,6\n", "name;x;y;z\nP 1;1,0;2,0;3,0\nP 2;4;5;6\n",
+                     "id\tcode\teast\tnorth\theight\nA1\tgr\t1\t2\t3\nA2\tgr\t4\t5\t6\n"):
+            self.assertEqual(self.check_points(text, path="a.csv"), {}, text)
+        self.check_points("x,y,z\nm,m,m\n1,2,3\n4,5,6\n")
+
     def test_marks_in_pts_files(self):
         for text in ("2\n1 2 3\n4 5 6\n", "BEGIN\n1 2 3\n4 5 6\nEND\n", "1\n1 2 3\n1\n4 5 6\n"):
             self.check_points(text, path="cloud.pts")

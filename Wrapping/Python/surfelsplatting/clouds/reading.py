@@ -280,6 +280,7 @@ _READERS = {
     ".laz": _read_las,
     ".e57": _read_e57,
 }
+_PACKED = (".zip", ".gz", ".bz2", ".xz", ".zst", ".7z", ".rar", ".tar")
 
 
 def _meant(path):
@@ -338,8 +339,11 @@ def read_cloud(path, messages, progress):
     extension = os.path.splitext(path)[1].lower()
     _check_file(path)
     if extension not in _READERS:
-        raise UserProblem(f"{path}: unknown extension {extension!r}; a point "
-                          f"cloud is one of {', '.join(sorted(_READERS))}")
+        if extension in _PACKED:
+            raise UserProblem(f"{path} is packed; unpack it first")
+        unknown = f"unknown extension {extension!r}" if extension else "it has no extension"
+        raise UserProblem(f"{path}: {unknown}; a point cloud is one of "
+                          f"{', '.join(sorted(_READERS))}")
     if os.path.getsize(path) == 0 and _READERS[extension] not in (_read_las, _read_e57):
         raise UserProblem(f"{path} is empty")
     with np.errstate(all="ignore"):  # casts of damaged values warn

@@ -50,6 +50,18 @@ def _is_row(line):
     return len(words) > 1 and all(map(_is_number, words[:3]))
 
 
+def _first_row(lines):
+    """The number of the line with the first point, or None. A point may begin with words, such as its
+    name, where the line above names the columns."""
+    above = ""
+    for number, line in enumerate(lines):
+        is_named = has_places(_words(above)) and sum(map(_is_number, _words(line))) >= 3
+        if is_named or _is_row(line):
+            return number
+        above = line
+    return None
+
+
 def _without_comment(line):
     return re.split("|".join(COMMENTS), line)[0]
 
@@ -113,7 +125,7 @@ def _find_layout(path):
         raise UserProblem(f"{path} is a grid of heights, not a table of points; convert it, for "
                           f"example with `gdal_translate -of XYZ {path} out.xyz`")
     plain = [_without_comment(line).replace('"', "") for line in head]
-    first = next((number for number, line in enumerate(plain) if _is_row(line)), None)
+    first = _first_row(plain)
     if first is None:
         if any(line.strip() for line in plain):
             raise UserProblem(f"{path} is not a table of numbers: there is no point x y z in its first "

@@ -134,8 +134,10 @@ def _say_what_is_seen(renderer, depths, view, session):
     blurs = [blur_at(view, end) for end in ends]
     session.say(f"{seen}; blur radius there {blurs[0]:.3g} and {blurs[1]:.3g} px")
     if max(blurs) < NO_BLUR:
+        metres = ("; --f-number takes the units of the cloud for metres"
+                  if session.arguments.f_number else "")
         session.warn([f"the lens blurs nothing that is seen by more than {max(blurs):.2g} px; "
-                      "--blur PX opens it as far as that blur needs"])
+                      f"--blur PX opens it as far as that blur needs{metres}"])
 
 
 def render(arguments):

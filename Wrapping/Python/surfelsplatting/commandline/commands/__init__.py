@@ -20,7 +20,7 @@ COMMANDS = (view, web, render, film, info)
 def _refuse(unknown, command):
     """Raises UserProblem about arguments that a command does not have."""
     options = [option for action in command._actions for option in action.option_strings]
-    similar = difflib.get_close_matches(unknown[0].split("=")[0], options, 1)
+    similar = difflib.get_close_matches(unknown[0].split("=")[0], options, 1, 0.7)
     hint = f"; did you mean {similar[0]}?" if similar else ""
     command.error(f"unrecognized arguments: {' '.join(unknown)}{hint}")
 
