@@ -130,6 +130,17 @@ class TestInfo(ToolCase):
         for cloud in ("depth.pcd", "depth.surfels"):
             np.testing.assert_allclose(self.report(cloud)["up"], up, atol=1e-12)
 
+    def test_mixed_pixels_of_a_depth_image(self):
+        """What hangs between a panel and the wall behind it is removed, as for a picture."""
+        u, v = np.meshgrid(np.arange(80) - 39.5, np.arange(60) - 29.5)
+        z = np.where(np.abs(u) < 12, 1.0, 2.0)
+        z[5:55:2, 52] = np.linspace(1.1, 1.9, 25)
+        points = np.stack([u * z / 70, v * z / 70, z], axis=-1).reshape(-1, 3)
+        write_pcd("depth.pcd", pcd_columns(points, np.zeros((len(points), 3), np.uint8)), "binary", 80, 60)
+        self.render("depth.pcd", *SMALL, "-o", "out.png", "--stats", "stats.json")
+        cleaned, found = read_json("stats.json")["cleaned"], self.report("depth.pcd")["points_found"]
+        self.assertEqual((found["stray"], found["noisy"]), (cleaned["stray"], cleaned["moved"]))
+
     def test_surfels_and_hierarchy(self):
         write_ply("ball.ply", *sphere(1000))
         self.render("ball.ply", *SMALL, "-o", "out.png", "--surfels", "s.vtp", "--hierarchy",

@@ -79,9 +79,10 @@ def _clean(cloud, session):
     cleaning = vtkPointCloudCleaning()
     cleaning.SetInputData(cloud.data)
     cleaning.GenerateShiftsOn()
-    if cloud.columns:
+    if cloud.viewpoint:
         cleaning.SetColumns(cloud.columns)
-        cleaning.SetViewpoint(cloud.viewpoint or (0.0, 0.0, 0.0))
+        cleaning.UseViewpointOn()
+        cleaning.SetViewpoint(cloud.viewpoint)
     session.progress.update(cleaning, "cleaning")
     session.messages.check(f"{session.arguments.cloud}: ")
     cleaned = cleaning.GetOutput()
