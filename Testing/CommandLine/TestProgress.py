@@ -104,10 +104,10 @@ class TestProgress(ToolCase):
         write_ply("ball.ply", *sphere())
         self.render("ball.ply", *SMALL, "-o", "out.png", "--hierarchy", "ball.surfels")
         for patience, words, says in (
-                (0, "render ball.ply -o out.png", "s; --hierarchy ball.surfels keeps them, and "
-                 "ball.surfels is drawn at once"),
+                (0, "render ball.ply -o out.png", "s; --hierarchy ball.surfels keeps them in a "
+                 "file that is drawn at once"),
                 (0, "film ball.ply -o out --frames 1", "s; surfelsplat render --hierarchy "
-                 "ball.surfels keeps them, and ball.surfels is drawn at once"),
+                 "ball.surfels keeps them in a file that is drawn at once"),
                 (100, "render ball.ply -o out.png", None),
                 (0, "render ball.ply -o out.png --hierarchy h.surfels", None),
                 (0, "render ball.ply -o out.png --surfels s.vtp", None),
@@ -119,7 +119,7 @@ class TestProgress(ToolCase):
             result = subprocess.run([sys.executable, "-c", script, *words.split(), *SMALL],
                                     capture_output=True, text=True, check=True)
             if says:
-                self.assertRegex(result.stderr, r"\Asurfelsplat: ball.ply: to make surfels took \d+ "
+                self.assertRegex(result.stderr, r"\Asurfelsplat: ball.ply: the surfels took \d+ "
                                  + says + r"\n\Z")
             else:
                 self.assertEqual(result.stderr, "", words)

@@ -23,7 +23,7 @@ from surfelsplatting.clouds import faces
 TOOL = os.environ["SURFELSPLAT"]
 PATIENCE = 60  # s, of tests that wait for another process
 # What the tool says of its time on a busy machine
-BUSY = re.compile(r"surfelsplat: .*( \d+ % after \d+:\d\d|: to make surfels took .*)\n")
+BUSY = re.compile(r"surfelsplat: .*( \d+ % after \d+:\d\d|: the surfels took .*)\n")
 CAMERA = ["--position", "0", "0", "6", "--focal-point", "0", "0", "0", "--view-up", "0", "1", "0",
           "--view-angle", "30"]
 SMALL = ["--size", "64", "48"]

@@ -76,8 +76,8 @@ class Session:
         is_kept = getattr(options, "hierarchy", None) or getattr(options, "surfels", None)
         if seconds > LONG and not (is_kept or options.no_lod or options.every > 1):
             name = os.path.splitext(os.path.basename(options.clouds[0]))[0] + ".surfels"
-            self.note(f"to make surfels took {seconds:.0f} s; {command}--hierarchy {name} keeps them, "
-                      f"and {name} is drawn at once")
+            self.note(f"the surfels took {seconds:.0f} s; {command}--hierarchy {name} keeps them in a file "
+                      "that is drawn at once")
 
     @contextmanager
     def progress_shown(self):
