@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * One execution of vtkPointCloudCleaning: alone (CleaningExecution.cxx) or together with other
- * processes (CleaningTogether.cxx).
+ * processes (DistributedCleaning.cxx).
  */
 #pragma once
 
@@ -63,7 +63,7 @@ public:
   bool Run(vtkPointSet* input);
 
   /// The same together with other processes.
-  bool RunTogether(SurfelSplatting::Ranks& ranks, vtkPointSet* input);
+  bool RunDistributed(SurfelSplatting::Ranks& ranks, vtkPointSet* input);
 
   bool AreMoved() const { return !this->Shifts.empty(); }
 

@@ -125,7 +125,7 @@ int vtkPointCloudCleaning::Execute(
     {
       return 0;
     }
-    finished = execution.RunTogether(ranks, input);
+    finished = execution.RunDistributed(ranks, input);
   }
   if (!finished)
   {

@@ -11,7 +11,7 @@ from vtkmodules.vtkCommonCore import vtkFloatArray
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
 from surfelsplatting.commandline.commands import parse_arguments
-from surfelsplatting.commandline.effects import without_effect, without_effect_on
+from surfelsplatting.commandline.noeffect import without_effect, without_effect_on
 from surfelsplatting.views.cameras import asked_view
 from toolcase import SMALL, TOOL, ToolCase, sphere, write_ply
 

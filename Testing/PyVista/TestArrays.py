@@ -10,7 +10,7 @@ from unittest import mock
 import warnings
 
 import numpy as np
-from surfelsplatting import (Camera, Lens, arrays, lens, render, surfels, vtkSurfelImageRenderer,
+from surfelsplatting import (Camera, Lens, arraypictures, lens, render, surfels, vtkSurfelImageRenderer,
                              write_png)
 from surfelsplatting.backend import vtk
 
@@ -91,7 +91,7 @@ class TestRender(unittest.TestCase):
         np.testing.assert_array_equal(self.picture(colors=self.stripes, lens=0), sharp)
 
     def test_huge_clouds_get_a_hierarchy(self):
-        with mock.patch.object(arrays, "make_surfels", wraps=surfels.make_surfels) as made:
+        with mock.patch.object(arraypictures, "make_surfels", wraps=surfels.make_surfels) as made:
             made.__kwdefaults__ = surfels.make_surfels.__kwdefaults__
             for limit, options in ((len(self.points), {}), (len(self.points) - 1, {}),
                                    (len(self.points) - 1, {"hierarchy": False})):
@@ -334,7 +334,7 @@ class TestRender(unittest.TestCase):
                 call()
 
     def test_examples_of_the_docstrings(self):
-        for module in (arrays, lens):
+        for module in (arraypictures, lens):
             result = doctest.testmod(module)
             self.assertEqual(result.failed, 0)
             self.assertGreater(result.attempted, 0)

@@ -50,7 +50,7 @@ except ImportError as _error:
     raise backend.cannot_load(_error) from _error
 backend.explain_mixing([_value for _name, _value in globals().items() if _name.startswith("vtk")])
 
-from .arrays import Camera, render  # noqa: F401
+from .arraypictures import Camera, render  # noqa: F401
 from .lens import Lens  # noqa: F401
 from .pictures import write_png  # noqa: F401
 from .version import __version__  # noqa: F401

@@ -42,3 +42,14 @@ def color_bytes(array):
     scale = 255 if is_real and values.max() <= 1 else 1 if values.max() <= 255 else 1 / 257
     name = "RGBA" if array.GetNumberOfComponents() == 4 else "RGB"
     return named_array(name, np.round(values * scale), np.uint8)
+
+
+def colors_and_intensity(rgb, intensity):
+    """{name: values} of a scan: colours of 8 or 16 bits as bytes, and intensity; each may be None. Writers
+    that have none leave zeros."""
+    arrays = {}
+    if rgb is not None and rgb.any():
+        arrays["RGB"] = np.round(rgb / (257 if rgb.max() > 255 else 1)).astype(np.uint8)
+    if intensity is not None and intensity.any():
+        arrays["intensity"] = intensity
+    return arrays

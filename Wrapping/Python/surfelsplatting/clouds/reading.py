@@ -201,7 +201,7 @@ def _read_bin(path, _messages, _progress):
 
 def _read_las(path, _messages, _progress):
     from .degrees import HOW, has_degrees
-    from .scanner import read_las_cloud
+    from .las import read_las_cloud
 
     data = read_las_cloud(path)
     note_up(data, (0, 0, 1))  # z is the elevation (LAS specification)
@@ -216,7 +216,7 @@ def _of_scanners(data, viewpoint):
 
 
 def _read_e57(path, _messages, _progress):
-    from .scanner import read_e57_cloud
+    from .e57 import read_e57_cloud
 
     return _of_scanners(*read_e57_cloud(path))
 

@@ -18,7 +18,7 @@ from ..views.samples import Samples
 from ..views.sensor import sensor_of
 from ..views.trained import files_of
 from ..views.vtkcamera import make_camera, set_lens
-from .effects import without_effect
+from .noeffect import without_effect
 from .frames import Frames
 from .movie import MOVIES, find_ffmpeg, write_movie
 from .outputs import check_distinct, check_output

@@ -16,7 +16,7 @@ from ..views.samples import Samples
 from ..views.sensor import sensor_of
 from ..views.trained import files_of
 from .arguments import PICTURES
-from .effects import without_effect
+from .noeffect import without_effect
 from .outputs import (HIERARCHIES, check_distinct, check_output, write_hierarchy,
                       write_json, write_picture, write_surfels, write_view)
 from .scene import make_renderer

@@ -7,7 +7,7 @@ from ..clouds.reading import is_hierarchy
 from ..viewer.viewer import Viewer
 from ..views.cameras import asked_view
 from .awaitedsurfels import AwaitedSurfels
-from .effects import without_effect
+from .noeffect import without_effect
 from .outputs import write_picture, write_view
 from .scene import backdrop_of, make_actor, set_splatter
 from .session import RENDER, Session

@@ -12,11 +12,11 @@ from ..clouds.several import read_clouds
 from ..clouds.stations import TO_SCANNER
 from ..clouds.thinning import may_be_thinned, one_of
 from ..colormaps import check_scalars, with_scalars
-from ..views.digits import why_stepped
+from ..views.precision import why_stepped
 from ..views.outward import turn_outward
 from ..views.sensor import keep_sensor
 from ..vtkmessages import VtkMessages
-from .effects import mixes_as_stored, without_effect_on
+from .noeffect import mixes_as_stored, without_effect_on
 from .estimation import check_memory, make_hierarchy, make_surfels, without_unused_arrays
 from .interrupts import Interrupts
 from .memory import reuse_memory

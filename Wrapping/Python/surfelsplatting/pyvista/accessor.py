@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pyvista as pv
 
-from ..arrays import checked_size
+from ..arraypictures import checked_size
 from ..problems import check_names
 from ..surfels import is_surfels
 from .component import ADD_NAMES, ELSEWHERE

@@ -11,7 +11,7 @@ from ..backend import vtk
 from ..clouds.reading import Cloud, cloud_of
 from ..clouds.stations import TO_SCANNER
 from ..surfels import MODEL, in_the_world, is_surfels, make_surfels, scan
-from ..views.digits import warn_of_steps
+from ..views.precision import warn_of_steps
 from ..views.outward import turn_outward
 from ..views.sensor import keep_sensor
 from ..vtkSurfelReaders import vtkGaussianSplatReader

@@ -8,8 +8,9 @@ from pathlib import Path
 import pyvista as pv
 
 from ..problems import UserProblem
+from ..clouds.e57 import read_e57_cloud
+from ..clouds.las import read_las_cloud
 from ..clouds.ptx import read_ptx_cloud
-from ..clouds.scanner import read_e57_cloud, read_las_cloud
 from ..clouds.sog import read_sog_capture
 from ..clouds.sogfiles import folder_meta
 from ..surfels import note_scan, update

@@ -16,7 +16,7 @@ from .backend import vtk
 from .views.cameras import View, check_view
 from .clouds.reading import Cloud
 from .colormaps import color_by
-from .views.digits import warn_of_steps
+from .views.precision import warn_of_steps
 from .views.focus import focused_on_front
 from .views.framing import complete_view
 from .views.vtkcamera import make_camera

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Reads .las, .laz and .e57 files, where the Python packages for them are installed."""
+"""Reads .las and .laz files, where the Python package laspy is installed."""
 
-import importlib
 import os
 
 import numpy as np
 
+from .colors import colors_and_intensity
 from .degrees import cloud_of_degrees
+from .packages import package_for
 from .polydata import polydata_of
-from .stations import trusted_places, ways_of
 from ..problems import UserProblem, how_to_install
 
 CHUNKS_OFFSET_AT = 96  # byte of the header with the offset of the points, which begin with that of
@@ -18,15 +18,6 @@ MODEL_TYPE, GEOGRAPHIC = 1024, 2  # GeoTIFF's key of the kind of coordinate syst
 LAS_SCALARS = ("classification", "return_number", "gps_time")
 
 
-def _package(name, requirement, path):
-    try:
-        return importlib.import_module(name)
-    except ImportError:
-        how = how_to_install(f"'{requirement}'")
-        raise UserProblem(f"{path}: such files need the Python package {name}: {how}; or "
-                          f"convert the file, for example with `pdal translate {path} out.ply`") from None
-
-
 def _check_decoder(laspy, path):
     """laspy itself reads what is not compressed."""
     if path.lower().endswith(".laz") and not laspy.LazBackend.detect_available():
@@ -34,17 +25,6 @@ def _check_decoder(laspy, path):
         raise UserProblem(f"{path}: compressed files need a decoder for the Python package laspy: "
                           f"{how}; or convert the file, for example with `pdal translate {path} "
                           "out.las`")
-
-
-def _arrays(rgb, intensity):
-    """Colours of 8 or 16 bits as bytes, and intensity; each may be None. Writers that have no colours
-    or intensities leave zeros."""
-    arrays = {}
-    if rgb is not None and rgb.any():
-        arrays["RGB"] = np.round(rgb / (257 if rgb.max() > 255 else 1)).astype(np.uint8)
-    if intensity is not None and intensity.any():
-        arrays["intensity"] = intensity
-    return arrays
 
 
 def _check_chunks(path):
@@ -87,7 +67,7 @@ def _is_in_degrees(header):
 
 def read_las_cloud(path):
     """-> vtkPolyData with double points; longitudes and latitudes become metres (degrees.py)."""
-    laspy = _package("laspy", "laspy[lazrs]", path)
+    laspy = package_for(path, "laspy", "laspy[lazrs]")
     _check_decoder(laspy, path)
     try:
         if path.lower().endswith(".laz"):
@@ -96,44 +76,10 @@ def read_las_cloud(path):
         places = np.column_stack([las.x, las.y, las.z])
         names = set(las.point_format.dimension_names)
         rgb = np.column_stack([las.red, las.green, las.blue]) if "red" in names else None
-        arrays = {**_las_scalars(las), **_arrays(rgb, np.asarray(las.intensity))}
+        arrays = {**_las_scalars(las), **colors_and_intensity(rgb, np.asarray(las.intensity))}
         make = cloud_of_degrees if _is_in_degrees(las.header) else polydata_of
     except BaseException as error:  # laspy passes on those of numpy, struct and the decoder
         if not isinstance(error, Exception) and type(error).__name__ != "PanicException":
             raise
         raise UserProblem(f"{path} is not a readable .las or .laz file: {error}") from error
     return make(places, arrays)
-
-
-def _read_e57_scan(file, index):
-    """-> places, colours or None, intensities or None, in the coordinates of all scans."""
-    data = file.read_scan(index, colors=True, intensity=True, transform=True,
-                          ignore_missing_fields=True)
-
-    def columns(*names):
-        return np.column_stack([data[n] for n in names]) if names[0] in data else None
-
-    return (columns("cartesianX", "cartesianY", "cartesianZ"),
-            columns("colorRed", "colorGreen", "colorBlue"), data.get("intensity"))
-
-
-def read_e57_cloud(path):
-    """-> vtkPolyData with double points, which know their scanners, and the place of the scanner if it
-    was one scan."""
-    pye57 = _package("pye57", "pye57", path)
-    try:
-        with pye57.E57(path) as file:
-            if file.scan_count == 0:
-                raise ValueError("it holds no scans")
-            parts = list(zip(*(_read_e57_scan(file, i) for i in range(file.scan_count))))
-            headers = [file.get_header(i) for i in range(file.scan_count)]
-            scanners = trusted_places([tuple(map(float, header.translation)) if header.has_pose()
-                                       else None for header in headers])
-        ways = ways_of(parts[0], scanners)
-        # What one of the scans lacks cannot be shown for all.
-        places, *attributes = (None if any(p is None for p in part) else np.concatenate(part)
-                               for part in parts)
-        cloud = polydata_of(places, {**_arrays(*attributes), **ways})
-    except Exception as error:  # pye57 has no common class of errors
-        raise UserProblem(f"{path} is not a readable .e57 file: {error}") from error
-    return cloud, scanners[0] if len(scanners) == 1 else None

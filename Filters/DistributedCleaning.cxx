@@ -22,7 +22,7 @@ namespace
 constexpr float IsKept = 1.0f, IsStray = 0.0f, IsTwin = -1.0f;
 }
 
-bool CleaningExecution::RunTogether(SurfelSplatting::Ranks& ranks, vtkPointSet* input)
+bool CleaningExecution::RunDistributed(SurfelSplatting::Ranks& ranks, vtkPointSet* input)
 {
   this->Begin(input);
   const StageProgress progress(this->Filter, 0.0, 1.0);
