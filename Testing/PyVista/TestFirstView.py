@@ -77,6 +77,16 @@ class TestFirstView(PlotterCase):
         pl.add_mesh(pv.Sphere(radius=0.2, center=(0, 0, 2)), color="lime")
         self.assertGreater(self.picture(pl)[90, 120, 1], 60)
 
+    def test_meshes_at_the_edge_need_few_steps_back(self):
+        """The whole scene in the middle would be half as large."""
+        pl = self.fresh()
+        pl.surfels.add(self.wall)
+        pl.add_mesh(pv.Sphere(radius=0.1, center=(0, 0.85, 2)), color="lime")
+        green = self.picture(pl)[..., 1] > 60
+        self.assertFalse(green[[0, -1]].any())
+        self.assertGreater(green.sum(), 50)
+        self.assertTrue(-0.5 < pl.camera.position[2] < 0, pl.camera.position)
+
     def test_meshes_outside_are_shown_too(self):
         for is_first in (False, True):
             pl = self.fresh()
