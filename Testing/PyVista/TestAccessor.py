@@ -193,6 +193,8 @@ class TestAccessor(PlotterCase):
              lambda: self.surfels.surfels.plot(cpos=[(np.nan, 0, 6), (0, 0, 0), (0, 1, 0)])),
             (ValueError, "there is no point array 'heat'; there are 'height', 'RGB', 'stripes'",
              lambda: self.cloud.surfels.plot(scalars="heat")),
+            (TypeError, "surfels.plot has no argument 'point_size'; surfels have no point_size",
+             lambda: self.cloud.surfels.plot(point_size=5)),
             (TypeError, "surfels.plot has no argument 'show_axes'; a pyvista.Plotter",
              lambda: self.cloud.surfels.plot(show_axes=True)),
         ]

@@ -144,7 +144,7 @@ class TestAdd(PlotterCase):
             (ValueError, "there is no point array 'heat'", lambda: add(self.cloud, "heat")),
             (ValueError, r"no points \(0\)", lambda: add(pv.PolyData())),
             (ValueError, r"points have the shape \(2, 2\)", lambda: add(np.zeros((2, 2)))),
-            (TypeError, "surfels have no pbr; leave it out", lambda: add(self.cloud, pbr=True)),
+            (TypeError, "surfels.add has no argument 'pbr'; surfels have no pbr; leave it out", lambda: add(self.cloud, pbr=True)),
             (TypeError, "^surfels.add has no argument 'tasty'", lambda: add(self.cloud, tasty=True)),
             (TypeError, "no argument 'colour'; did you mean 'color'", lambda: add(self.cloud, colour="r")),
             (TypeError, r"no argument 'sides'; cloud.surfels.estimate\(sides=...\) makes surfels",

@@ -207,9 +207,6 @@ class SurfelComponent:
         >>> pl.show()
 
         """
-        useless = [name for name in kwargs if name in MEANINGLESS]
-        if useless:
-            raise TypeError(f"surfels have no {useless[0]}; leave it out, or use add_mesh")
         check_names(kwargs, ADD_NAMES, "surfels.add", "it has most of those of add_mesh", ELSEWHERE)
         if rgb is None:
             rgb = kwargs.pop("rgba", None)
@@ -334,7 +331,8 @@ class SurfelComponent:
 
 
 # Where arguments are that add and plot do not have.
-ELSEWHERE = {**dict.fromkeys(("cleaning", "sides", "viewpoint", "neighbors", "hierarchy"),
+ELSEWHERE = {**dict.fromkeys(MEANINGLESS, "surfels have no {}; leave it out, or use add_mesh"),
+             **dict.fromkeys(("cleaning", "sides", "viewpoint", "neighbors", "hierarchy"),
                              "cloud.surfels.estimate({}=...) makes surfels, which are drawn as they are"),
              **dict.fromkeys(("coc", "diameter", "focus", "cells"),
                              "pl.surfels.lens({}=...) of a pyvista.Plotter sets it")}
