@@ -221,7 +221,10 @@ class TestBadInput(ToolCase):
         self.refuse_options("--background", "0", "0", "2", says="between 0 and 1")
         self.refuse_options("--threads", "0", says="--threads")
         self.refuse_options("--threads", "none", says="--threads")
-        self.refuse_options("--nonsense", says="--nonsense")
+        self.refuse_options("--nonsense", says="--nonsense (surfelsplat render")
+        for option, meant in (("--linear", "--linear-light"), ("--aperture", "--f-number"),
+                              ("--dof=10", "--blur"), ("--fov", "--view-angle")):
+            self.refuse_options(option, says=f"did you mean {meant}?")
         self.refuse("paint", says="'paint' is no command; give one of view, web, render")
         self.refuse("rendr", "ok.ply", says="did you mean render?")
         self.refuse("ok.ply", says="first, for example surfelsplat view ok.ply")

@@ -16,12 +16,22 @@ from . import film, info, render, view, web
 
 COMMANDS = (view, web, render, film, info)
 
+# What other programs call an option.
+OTHER_WORDS = {**dict.fromkeys(("dof", "bokeh", "depth-of-field"), "blur"), "coc": "circle-of-confusion",
+               **dict.fromkeys(("aperture", "fstop", "f-stop"), "f-number"), "focus": "focus-pixel",
+               **dict.fromkeys(("width", "height", "resolution"), "size"), "fov": "view-angle",
+               "color-by": "scalars", "bg": "background"}
+
 
 def _refuse(unknown, command):
     """Raises UserProblem about arguments that a command does not have."""
-    options = [option for action in command._actions for option in action.option_strings]
-    similar = difflib.get_close_matches(unknown[0].split("=")[0], options, 1, 0.7)
-    hint = f"; did you mean {similar[0]}?" if similar else ""
+    options = {option.lstrip("-"): option for action in command._actions
+               for option in action.option_strings}
+    word = unknown[0].split("=")[0].lstrip("-")
+    meant = ([name for name in options if name == OTHER_WORDS.get(word)]
+             or [name for name in options if len(word) > 2 and name.startswith(word)]
+             or difflib.get_close_matches(word, options, 1, 0.7))
+    hint = f"; did you mean {options[meant[0]]}?" if meant else ""
     command.error(f"unrecognized arguments: {' '.join(unknown)}{hint}")
 
 
