@@ -30,6 +30,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <limits>
+#include <mutex>
 
 namespace RenderingTest
 {
@@ -47,8 +48,12 @@ public:
   void DisplayText(const char* text) override
   {
     const bool isOfDots = std::string(text).find("drawn as dots") != std::string::npos;
+    const std::lock_guard<std::mutex> lock(this->Mutex); // ranks are threads
     Messages += isOfDots && DotsAreMeant ? "" : text;
   }
+
+private:
+  std::mutex Mutex;
 };
 vtkStandardNewMacro(MessageWindow);
 }
