@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Core/Hierarchy/NodeColors.h"
 
+#include "Core/Hierarchy/CoveredLeaves.h"
 #include "Core/Hierarchy/NodeRecursion.h"
 #include "Core/Surfels/NodePacking.h"
 
@@ -50,9 +51,12 @@ class ColorFiller
 public:
   using Value = WeightedColor;
 
-  ColorFiller(const SurfelCloud& tree, const HierarchyLayout& layout, NodeColor* colors)
+  /// @param uncovered of the leaves (CoveredLeaves.h)
+  ColorFiller(const SurfelCloud& tree, const HierarchyLayout& layout,
+    const std::vector<float>& uncovered, NodeColor* colors)
     : Tree(tree)
     , Layout(layout)
+    , Uncovered(uncovered)
     , Colors(colors)
   {
     this->Tree.Opacity = 1.0; // nodes do not include the opacity of the whole cloud
@@ -67,6 +71,7 @@ public:
     std::copy_n(c.begin(), 3, leaf.Moments.Color);
     leaf.Mass = leaf.Area * c[3];
     leaf.Seen = leaf.Mass * (1.0 - this->Tree.OverlapOf(i));
+    leaf.Seen *= this->Uncovered.empty() ? 1.0 : static_cast<double>(this->Uncovered[i]);
     return leaf;
   }
 
@@ -86,6 +91,7 @@ public:
 private:
   SurfelCloud Tree;
   const HierarchyLayout& Layout;
+  const std::vector<float>& Uncovered;
   NodeColor* Colors;
 };
 }
@@ -93,6 +99,11 @@ private:
 void FillNodeColors(const SurfelCloud& tree, const HierarchyLayout& layout,
   const Executor& executor, NodeColor* colors)
 {
-  ForNodesUpwards(layout, executor, ColorFiller(tree, layout, colors));
+  std::vector<float> uncovered;
+  if (tree.Kind == CloudKind::Surfels)
+  {
+    uncovered = FindUncovered(tree, layout, executor);
+  }
+  ForNodesUpwards(layout, executor, ColorFiller(tree, layout, uncovered, colors));
 }
 }

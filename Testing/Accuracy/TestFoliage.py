@@ -83,7 +83,7 @@ class TestFoliage(unittest.TestCase):
         """What is behind a poster does not shine through it."""
         one, seven, light = errors(surfels_of(posters()))
         print(f"posters: one picture {one:.2f} dB, seven cells {seven:.2f}, light {light:.3f}")
-        self.assertGreater(min(one, seven), 34)  # 25 if each of two sheets loses half
+        self.assertGreater(min(one, seven), 36)  # 25 if the sheets, or nodes of both, are mixed
 
 
 if __name__ == "__main__":

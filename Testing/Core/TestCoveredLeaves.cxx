@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * Leaves that another sheet covers (CoveredLeaves.h), and the colours of nodes that hold both.
+ */
+#include "Core/Hierarchy/CoveredLeaves.h"
+#include "Core/Surfels/NodePacking.h"
+#include "TestScene.h"
+#include "Testing/Shared/Check.h"
+
+using namespace SurfelSplatting;
+
+namespace
+{
+constexpr int Side = 64; // points along the side of a unit square
+constexpr double Spacing = 1.0 / Side;
+
+/// A sheet of Side^2 random points at a height, that faces up or down, as light as it is high.
+struct Sheet
+{
+  double Height, Up;
+  bool TwoSided;
+};
+
+void Add(const Sheet& sheet, Random& random, TestCloud& cloud)
+{
+  for (int i = 0; i < Side * Side; ++i)
+  {
+    TestSurfel s;
+    s.Position = { random.Uniform(0, 1), random.Uniform(0, 1), sheet.Height };
+    s.Normal = { 0, 0, sheet.Up };
+    s.Area = Spacing * Spacing;
+    s.SigmaU = s.SigmaV = 0.5 * Spacing;
+    const float shade = sheet.Height > 0.0 ? 1.0f : 0.0f;
+    s.Color = { { shade, shade, shade, 1.0f } };
+    s.TwoSided = sheet.TwoSided;
+    cloud.Add(s);
+  }
+}
+
+TestHierarchy MakeSheets(const std::vector<Sheet>& sheets)
+{
+  Random random(2);
+  TestCloud cloud;
+  for (const Sheet& sheet : sheets)
+  {
+    Add(sheet, random, cloud);
+  }
+  return TestHierarchy(cloud);
+}
+
+/// Mean over the leaves above or below a height.
+double MeanUncovered(const TestHierarchy& h, bool above, double height)
+{
+  const SurfelCloud tree = h.Get();
+  const std::vector<float> uncovered = FindUncovered(tree, h.Order.Layout, SerialExecutor());
+  double sum = 0.0, count = 0.0;
+  for (std::size_t i = 0; i < uncovered.size(); ++i)
+  {
+    const bool counts = (tree.Position(i)[2] > height) == above;
+    sum += counts ? static_cast<double>(uncovered[i]) : 0.0;
+    count += counts ? 1.0 : 0.0;
+  }
+  return sum / count;
+}
+
+/// The front one of two sheets is not covered, and hardly anything of the other is left, whatever
+/// the gap between them.
+TEST_CASE("Two sheets")
+{
+  for (const double gap : { 2.0, 4.0, 8.0, 16.0 })
+  {
+    for (const double up : { 1.0, -1.0 })
+    {
+      const double height = gap * Spacing;
+      const TestHierarchy h = MakeSheets({ { 0.0, up, false }, { height, up, false } });
+      const bool isFront = up > 0.0;
+      CHECK(MeanUncovered(h, isFront, 0.5 * height) > 0.98); // nodes of both may seem covered
+      CHECK(MeanUncovered(h, !isFront, 0.5 * height) < 0.2);
+    }
+  }
+}
+
+/// Sheets that face away from one another, have two sides or lie closer than LeastGap.
+TEST_CASE("Uncovered sheets")
+{
+  const double near = 1.0 * Spacing, apart = 3.0 * Spacing;
+  for (const TestHierarchy& h : { MakeSheets({ { 0.0, 1.0, false }, { apart, -1.0, false } }),
+         MakeSheets({ { 0.0, 1.0, true }, { apart, 1.0, true } }),
+         MakeSheets({ { 0.0, 1.0, false }, { near, 1.0, false } }),
+         MakeSheets({ { 0.0, 1.0, false } }) })
+  {
+    CHECK_NEAR(MeanUncovered(h, false, 1.0), 1.0, 1e-6);
+  }
+}
+
+/// No part of a ball covers another.
+TEST_CASE("Ball")
+{
+  Random random(4);
+  TestCloud cloud;
+  for (int i = 0; i < 5000; ++i)
+  {
+    TestSurfel s;
+    const double z = random.Uniform(-1, 1), turn = random.Uniform(0, 2.0 * Pi);
+    const double r = std::sqrt(1.0 - z * z);
+    s.Position = s.Normal = { r * std::cos(turn), r * std::sin(turn), z };
+    s.Area = 4.0 * Pi / 5000;
+    cloud.Add(s);
+  }
+  const TestHierarchy h(cloud);
+  CHECK_NEAR(MeanUncovered(h, false, 2.0), 1.0, 1e-6);
+}
+
+/// Nodes of both sheets have the colour of the one in front.
+TEST_CASE("Colours of nodes")
+{
+  const TestHierarchy h = MakeSheets({ { 0.0, 1.0, false }, { 3.0 * Spacing, 1.0, false } });
+  for (int level = 7; level < h.Order.Layout.NumberOfLevels(); ++level)
+  {
+    const std::size_t first = h.Order.Layout.Begin(level, HierarchyLayout::OneSided);
+    const std::size_t count = h.Order.Layout.Count(level, HierarchyLayout::OneSided);
+    double sum = 0.0;
+    for (std::size_t j = first; j < first + count; ++j)
+    {
+      sum += h.Get().Color(j)[0];
+    }
+    CHECK(sum / static_cast<double>(count) > 0.85); // the mean of both is 1/2
+  }
+}
+}
