@@ -67,9 +67,7 @@ public:
     this->Normals = self->Estimation->GetKeepNormals()
       ? FindNormals(input, self->Estimation->GetNormalsArrayName())
       : nullptr;
-    this->ToScanner = self->Estimation->GetOrientationMode() == vtkSurfelEstimation::SCANNERS
-      ? FindScanners(input)
-      : nullptr;
+    this->ToScanner = FindScanners(input);
     this->Colors =
       self->Estimation->GetInterpolateColors() ? FindColorsToInterpolate(input) : nullptr;
   }

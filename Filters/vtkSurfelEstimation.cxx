@@ -10,6 +10,7 @@
 #include "Filters/Common/PointColors.h"
 #include "Filters/Common/SurfelOutput.h"
 #include "Filters/Estimation/ColorInterpolation.h"
+#include "Filters/Estimation/IsolatedPoints.h"
 #include "Filters/Estimation/PlaneFit.h"
 #include "Filters/Estimation/PointPlanes.h"
 #include "Filters/Estimation/SharpNormals.h"
@@ -44,24 +45,6 @@ using namespace SurfelGeometry;
 
 vtkStandardNewMacro(vtkSurfelEstimation);
 
-namespace
-{
-/// Those of the arrays that any rank has.
-std::vector<PartitionedCloud::Array> SharedArrays(
-  SurfelSplatting::Ranks& ranks, const std::vector<PartitionedCloud::Array>& arrays)
-{
-  std::vector<PartitionedCloud::Array> shared;
-  for (const PartitionedCloud::Array& array : arrays)
-  {
-    if (ranks.Any(array.Values != nullptr))
-    {
-      shared.push_back(array);
-    }
-  }
-  return shared;
-}
-}
-
 /// One execution: from the input's points to the output's arrays.
 class vtkSurfelEstimation::Execution
 {
@@ -85,11 +68,15 @@ public:
     const StageProgress progress(this->Self, 0.0, 1.0);
     const FitSettings settings = this->GetFitSettings();
     const bool fitted = progress.Step(0.1) &&
-      FitPlanes({ this->Cloud(), tree, settings, this->Given }, progress.Part(0.1, 0.6), this->Fits,
-        this->Searched.Graph);
+      FitPlanes({ this->Cloud(), tree, settings, this->Given, FindScanners(input) },
+        progress.Part(0.1, 0.6), this->Fits, this->Searched.Graph);
+    if (fitted)
+    {
+      BoundIsolated(settings.IsolationFactor, this->Cloud(), this->Searched.Graph, this->Fits);
+    }
     ReturnFreeMemory(); // most of all is needed for the votes of the orientation
-    const OrientedCloud oriented{ this->Cloud(), tree, this->Searched.Graph,
-      this->Result.TwoSided };
+    const OrientedCloud oriented{ this->Cloud(), tree, this->Searched.Graph, this->Result.TwoSided,
+      FindScanners(input) };
     const bool finished = this->All(fitted) && this->Orient(input, progress.Part(0.6, 0.85)) &&
       RefineExtents(oriented, settings, progress.Part(0.85, 0.9), this->Fits) &&
       (this->Given.empty() || TurnToPoints(oriented, progress.Part(0.9, 0.905), this->Fits)) &&
@@ -422,11 +409,11 @@ int vtkSurfelEstimation::RequestDistributed(
   }
   PartitionedCloud cloud(ranks, input);
   vtkDataArray* normals = this->KeepNormals ? FindNormals(input, this->NormalsArrayName) : nullptr;
-  const std::vector<PartitionedCloud::Array> arrays = SharedArrays(ranks,
+  const std::vector<PartitionedCloud::Array> arrays = PartitionedCloud::OfAny(ranks,
     { { "Normals", 3, normals },
       { FetchedColorsArray, ColorComponents,
         this->InterpolateColors ? FindColorsToInterpolate(input) : nullptr },
-      { ToScannerArray, 3, this->OrientationMode == SCANNERS ? FindScanners(input) : nullptr } });
+      { ToScannerArray, 3, FindScanners(input) } });
   const bool areGiven = ranks.All(!input || input->GetNumberOfPoints() == 0 || normals);
   const bool orients = ranks.IsRoot() && !areGiven &&
     (this->OrientationMode == CONSISTENT || this->OrientationMode == SCANNERS);

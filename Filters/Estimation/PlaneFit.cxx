@@ -2,16 +2,14 @@
 #include "Filters/Estimation/PlaneFit.h"
 
 #include "Filters/Common/LocalCloud.h"
-#include "Filters/Common/Median.h"
 #include "Filters/Common/NeighborSearch.h"
-#include "Filters/Common/ParallelMedian.h"
 #include "Filters/Estimation/PrincipalPlane.h"
 #include "Filters/Estimation/ScanLines.h"
+#include "Filters/Estimation/ScannerView.h"
 
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <limits>
 
 namespace SurfelGeometry
 {
@@ -20,6 +18,9 @@ namespace
 /// Where the neighbours are on one line of a surface whose lines are far apart, the search takes so
 /// many times more, to find the next line.
 constexpr int LineGrowth = 4;
+
+/// And so many times more to find the next lines of its scanner among those of others.
+constexpr int ScannersGrowth = 8;
 
 /// Neighbours that are so many times as far as those before them are on other things: a few far
 /// returns of a scanner would else become discs as large as the space about them.
@@ -82,6 +83,17 @@ public:
     const int count = std::min(neighbors.Count(), this->Settings.NumberOfNeighbors);
     this->Around.Load(this->Cloud, i, neighbors.Ids.data(), count);
     return SurfelGeometry::IsWithinSurface(this->Around.Covariance(), around);
+  }
+
+  /// Whether the scanner of point i has seen the next lines of a surface on both sides of its own.
+  bool IsBetweenLines(int i, const PlaneFit& fit, ScannerView& view, Neighbors& neighbors) const
+  {
+    if (!view.LookAt(i))
+    {
+      return false;
+    }
+    this->Find(i, ScannersGrowth, neighbors);
+    return view.IsBetweenLines(fit.AxisU, neighbors);
   }
 
   /// Fits point i, on a line of a surface, to the next lines as well.
@@ -248,188 +260,6 @@ private:
   Patch Around;
 };
 
-void MakeRound(double spacing, PlaneFit& fit)
-{
-  fit.Spacing = static_cast<float>(spacing);
-  fit.VarianceU = fit.VarianceV = fit.Spacing * fit.Spacing;
-}
-
-/// A point is alone only if its nearest neighbour is at this share of its reach at least, since
-/// what is beside a surface has all neighbours at about the same distance; and at so many times the
-/// median reach of its neighbours, over `factor`.
-constexpr double AloneShare = 0.6, AlonePerFactor = 0.5;
-
-/// Points with a reach of 2 `factor` times that of the whole cloud, whose neighbours lie in no
-/// plane, such as far returns of a scanner that turns, get at most `factor` times the cloud's
-/// spacing.
-constexpr double NoPlane = 0.09, SparseFactors = 2.0;
-
-/// Finds isolated points, which would become giant discs: their reach exceeds `factor` times the
-/// median reach of their neighbours, or factor^2 times that of the whole cloud (a group of
-/// outliers, whose reaches are all large), or they are alone beside a surface: their nearest
-/// neighbour is factor / 2 times as far as their neighbours reach, off the planes of most. They get
-/// the median spacing of their neighbours, or of the cloud. Sparse points on no plane are bounded,
-/// too.
-class IsolationTest
-{
-public:
-  IsolationTest(
-    const LocalCloud& cloud, const NeighborGraph& graph, const PlaneFits& fits, double factor)
-    : Cloud(cloud)
-    , Graph(graph)
-    , Fits(fits)
-    , Factor(factor)
-  {
-    const auto count = static_cast<vtkIdType>(fits.size());
-    this->Reaches.resize(fits.size());
-    vtkSMPTools::For(0, count, [&](vtkIdType i, vtkIdType end) {
-      for (; i < end; ++i)
-      {
-        this->Reaches[i] = fits[i].Reach;
-      }
-    });
-    this->MedianReach = ParallelMedian(count, [this](vtkIdType i) { return this->Reaches[i]; });
-    this->MedianSpacing = ParallelMedian(count, [&](vtkIdType i) { return fits[i].Spacing; });
-  }
-
-  /// The spacing that an isolated point gets; negative if the point is not isolated.
-  float Spacing(int i, std::vector<float>& scratch) const
-  {
-    const PlaneFit& fit = this->Fits[i];
-    if (fit.Reach > this->Factor * this->Factor * this->MedianReach)
-    {
-      return std::min(fit.Spacing, this->MedianSpacing);
-    }
-    if (!this->IsFar(i, scratch) && !this->IsAlone(i, scratch))
-    {
-      return this->IsSparse(fit) ? std::min(fit.Spacing, this->LargestOfSparse()) : -1.0f;
-    }
-    this->Collect(i, scratch, [this](int j) { return this->Fits[j].Spacing; });
-    return std::min(fit.Spacing, Median(scratch));
-  }
-
-private:
-  bool IsSparse(const PlaneFit& fit) const
-  {
-    return fit.Reach > SparseFactors * this->Factor * this->MedianReach && fit.Flatness > NoPlane &&
-      !fit.Given;
-  }
-
-  float LargestOfSparse() const { return static_cast<float>(this->Factor) * this->MedianSpacing; }
-
-  /// Of the nearest neighbours.
-  template <class Function>
-  void Collect(int i, std::vector<float>& values, const Function& function) const
-  {
-    values.clear();
-    const int* ids = this->Graph.Row(i);
-    for (int k = 0; k < ReachRank && ids[k] >= 0; ++k)
-    {
-      values.push_back(function(ids[k]));
-    }
-  }
-
-  void CollectReaches(int i, std::vector<float>& reaches) const
-  {
-    this->Collect(i, reaches, [this](int j) { return this->Reaches[j]; });
-  }
-
-  /// Of the nearest neighbours; infinite without any.
-  float LeastReachAround(int i) const
-  {
-    float least = std::numeric_limits<float>::infinity();
-    const int* ids = this->Graph.Row(i);
-    for (int k = 0; k < ReachRank && ids[k] >= 0; ++k)
-    {
-      least = std::min(least, this->Reaches[ids[k]]);
-    }
-    return least;
-  }
-
-  bool IsFar(int i, std::vector<float>& reaches) const
-  {
-    const float reach = this->Reaches[i];
-    // Most reaches are below that of the smallest, and the median is not needed.
-    if (!(reach > this->Factor * this->LeastReachAround(i)))
-    {
-      return false;
-    }
-    this->CollectReaches(i, reaches);
-    return reach > this->Factor * Median(reaches);
-  }
-
-  bool IsAlone(int i, std::vector<float>& reaches) const
-  {
-    const int* ids = this->Graph.Row(i);
-    const float reach = this->Reaches[i];
-    if (!this->Graph.AreNearest || ids[0] < 0)
-    {
-      return false;
-    }
-    const double nearest = Norm(this->Way(ids[0], i));
-    if (!(nearest > AloneShare * reach))
-    {
-      return false;
-    }
-    this->CollectReaches(i, reaches);
-    return nearest > AlonePerFactor * this->Factor * Median(reaches) && this->IsOffPlanes(i);
-  }
-
-  /// Whether a point is off the planes of most neighbours: where a sparse part of a surface meets a
-  /// dense one, it is not.
-  bool IsOffPlanes(int i) const
-  {
-    const int* ids = this->Graph.Row(i);
-    int off = 0;
-    for (int k = 0; k < ReachRank && ids[k] >= 0; ++k)
-    {
-      const Vector3 way = this->Way(ids[k], i);
-      off += 2.0 * std::abs(Dot(this->Fits[ids[k]].Normal, way)) > Norm(way) ? 1 : -1;
-    }
-    return off > 0;
-  }
-
-  Vector3 Way(int from, int to) const
-  {
-    const float *p = this->Cloud.Position(from), *q = this->Cloud.Position(to);
-    return { static_cast<double>(q[0]) - p[0], static_cast<double>(q[1]) - p[1],
-      static_cast<double>(q[2]) - p[2] };
-  }
-
-  const LocalCloud& Cloud;
-  const NeighborGraph& Graph;
-  const PlaneFits& Fits;
-  double Factor;
-  RawVector<float> Reaches; // [n] of the fits, which are 13 times as large
-  float MedianReach = 0.0f;
-  float MedianSpacing = 0.0f;
-};
-
-void BoundIsolated(
-  double factor, const LocalCloud& cloud, const NeighborGraph& graph, PlaneFits& fits)
-{
-  const int count = static_cast<int>(fits.size());
-  const IsolationTest test(cloud, graph, fits, factor);
-  RawVector<float> spacings(count); // first all tests, then all changes
-  vtkSMPTools::For(0, count, [&](vtkIdType begin, vtkIdType end) {
-    std::vector<float> scratch;
-    for (vtkIdType i = begin; i < end; ++i)
-    {
-      spacings[i] = test.Spacing(static_cast<int>(i), scratch);
-    }
-  });
-  vtkSMPTools::For(0, count, [&](vtkIdType i, vtkIdType end) {
-    for (; i < end; ++i)
-    {
-      if (spacings[i] >= 0.0f)
-      {
-        fits[i].Isolated = true;
-        MakeRound(spacings[i], fits[i]);
-      }
-    }
-  });
-}
-
 const float* GivenNormal(const FitInput& input, int i)
 {
   const std::vector<float>& given = input.GivenNormals;
@@ -467,12 +297,13 @@ bool FitToNearest(const FitInput& input, const StageProgress& progress, PlaneFit
 
 /// Tells which of the points on lines may be those of rods. Returns false if stopped.
 bool JudgeLines(const FitInput& input, const ScanLines& lines, const NeighborGraph& graph,
-  const StageProgress& progress, std::vector<LineKind>& kinds)
+  const PlaneFits& fits, const StageProgress& progress, std::vector<LineKind>& kinds)
 {
   const std::vector<int>& points = lines.Points();
   return ParallelFor(
     static_cast<vtkIdType>(points.size()), progress, [&](vtkIdType k, vtkIdType end) {
       Fitter fitter(input.Cloud, input.Tree, input.Settings);
+      ScannerView view(input.Cloud, input.ToScanner);
       ScanLines::Query query;
       Neighbors neighbors;
       for (; k < end; ++k)
@@ -480,7 +311,9 @@ bool JudgeLines(const FitInput& input, const ScanLines& lines, const NeighborGra
         const int i = points[static_cast<size_t>(k)];
         if (lines.IsAmongStrips(i, graph) && !lines.IsOfSurface(i, query))
         {
-          kinds[i] = fitter.IsWithinSurface(i, neighbors) ? LineKind::WithinSurface : LineKind::Rod;
+          kinds[i] = fitter.IsWithinSurface(i, neighbors)        ? LineKind::WithinSurface
+            : fitter.IsBetweenLines(i, fits[i], view, neighbors) ? LineKind::BetweenLines
+                                                                 : LineKind::Rod;
         }
       }
     });
@@ -513,7 +346,7 @@ bool FitLines(const FitInput& input, const Spreads& spreads, const NeighborGraph
 {
   const ScanLines lines(input.Cloud, spreads);
   std::vector<LineKind> kinds(lines.Points().empty() ? 0 : fits.size(), LineKind::Other);
-  if (!JudgeLines(input, lines, graph, progress.Part(0.0, 0.4), kinds) ||
+  if (!JudgeLines(input, lines, graph, fits, progress.Part(0.0, 0.4), kinds) ||
     !FitScanLines(input, lines, kinds, graph, progress.Part(0.4, 0.8), fits))
   {
     return false;
@@ -547,14 +380,13 @@ bool FitPlanes(
     return false;
   }
   const FitSettings& settings = input.Settings;
-  BoundIsolated(settings.IsolationFactor, input.Cloud, graph, fits);
   vtkSMPTools::For(0, input.Cloud.Size(), [&](vtkIdType i, vtkIdType end) {
     for (; i < end; ++i)
     {
       if (!(fits[i].Spacing > 0.0))
       {
         // A single point: any radius will do.
-        MakeRound(settings.UseRadius && settings.Radius > 0.0 ? settings.Radius : 1.0, fits[i]);
+        fits[i].MakeRound(settings.UseRadius && settings.Radius > 0.0 ? settings.Radius : 1.0);
       }
     }
   });

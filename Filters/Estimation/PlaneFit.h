@@ -23,6 +23,8 @@
 #include <cstddef>
 #include <vector>
 
+class vtkDataArray;
+
 namespace SurfelGeometry
 {
 struct LocalCloud;
@@ -56,6 +58,12 @@ struct PlaneFit
 
   /// Whether the point has a tangent plane. Others are drawn round, and from both sides.
   bool HasPlane() const { return !this->Isolated && !this->Degenerate && !this->OnRod; }
+
+  void MakeRound(double spacing)
+  {
+    this->Spacing = static_cast<float>(spacing);
+    this->VarianceU = this->VarianceV = this->Spacing * this->Spacing;
+  }
 };
 
 using PlaneFits = RawVector<PlaneFit>;
@@ -86,6 +94,7 @@ struct FitInput
   const NeighborSearch& Tree;
   const FitSettings& Settings;
   const std::vector<float>& GivenNormals; // [3n], (0, 0, 0) where a point has none; or empty
+  vtkDataArray* ToScanner; // vectors from the input's points to their scanners; null: not known
 };
 
 /// Fits all points. Returns false if stopped.
@@ -100,6 +109,7 @@ struct OrientedCloud
   const NeighborSearch& Tree;
   const NeighborGraph& Graph;
   const std::vector<unsigned char>& TwoSided; // [n]
+  vtkDataArray* ToScanner;                    // as in FitInput
 };
 
 /// Measures spacing and extent again, from neighbours on the same sheet, at points whose neighbours

@@ -50,6 +50,7 @@ enum class LineKind : unsigned char
   Other,
   Rod,
   WithinSurface,
+  BetweenLines, // of a surface, as its scanner sees it (ScannerView.h)
 };
 
 /// Whether point i is on a rod, by its kind and those of its neighbours.

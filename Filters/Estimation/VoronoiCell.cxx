@@ -7,7 +7,9 @@
 #include "Filters/Common/NeighborSearch.h"
 #include "Filters/Common/SurfaceFold.h"
 #include "Filters/Estimation/CellPolygon.h"
+#include "Filters/Estimation/FlatSheet.h"
 #include "Filters/Estimation/NearSheet.h"
+#include "Filters/Estimation/ScannerView.h"
 #include "Filters/Estimation/SteeredPlane.h"
 
 #include <algorithm>
@@ -18,15 +20,6 @@ namespace SurfelGeometry
 {
 namespace
 {
-/// Neighbours whose bisectors may bound a cell. In a random sampling a cell has 6 on average,
-/// hardly ever one that is not among the 20 nearest points.
-constexpr int CellNeighbors = KeptNeighbors;
-
-/// Neighbours that may bound a cell which those leave open: beside a border or a step of density
-/// they fill half a disc of a radius of 7 spacings, where 10 times sparser points have 7 in the
-/// other.
-constexpr int SheetCapacity = 4 * CellNeighbors;
-
 /// Cells reach this many spacings at most, on sides without neighbours. In 20 000 random points,
 /// the largest empty circle has a radius of about 1.7 spacings (exp(-pi r^2) = 1 / 20 000).
 constexpr double CellReach = 2.0;
@@ -42,6 +35,12 @@ constexpr double Lookouts[] = { 4.0, 8.0, 16.0 };
 constexpr double LeastSparsity = 1.5;
 constexpr std::size_t FewestSparse = 4; ///< fewer are the end of another thing
 
+/// Where a scanner looks along a surface, cells reach this part of the way to its next line, the
+/// corners included; the next is fewer steps away than this, and off the plane by less than this
+/// part of what lies behind the point on the line of sight would be. Of leaves before each other,
+/// others are next to each other, too.
+constexpr double LineReach = 0.6, MostSteps = 1.5, MostBehind = 0.25;
+
 /// So many of the nearest neighbours cut the cell without asking whether they reach it.
 constexpr int SureCuts = 6;
 
@@ -56,74 +55,6 @@ constexpr int BorderSteps = 12;
 /// Both sides of a fold have points within so many spacings of it. With 2, a paw grows onto the
 /// floor beside it, and where both are blurred there is a seam.
 constexpr float FoldReach = 1.75f;
-
-/// Cosine of the angle up to which folds have one direction, and standard deviation of the
-/// distances, in spacings, up to which they are one line. Normals with noise give many lines.
-constexpr float FoldCosine = 0.9f, FoldSpread = 0.05f;
-
-/// What bounds a cell towards a neighbour: the line X x + Y y = Offset.
-struct CellSide
-{
-  float X, Y, Offset;
-};
-
-CellSide BisectorTo(const FlatNeighbor& at)
-{
-  return { at.CutX, at.CutY, at.Offset() };
-}
-
-/// Neighbours of a point on its sheet and behind folds, nearest first.
-struct FlatSheet
-{
-  int Count;
-  FlatNeighbor At[SheetCapacity];
-  CellSide Sides[SheetCapacity];
-  FoldLine Folds[SheetCapacity];
-  float Areas[SheetCapacity]; // spacings squared
-
-  void Add(const FlatNeighbor& neighbor, const FoldLine& fold, float area)
-  {
-    this->At[this->Count] = neighbor;
-    this->Sides[this->Count] = BisectorTo(neighbor);
-    this->Folds[this->Count] = fold;
-    this->Areas[this->Count] = area;
-    ++this->Count;
-  }
-};
-
-/// The mean distance of the folds in the direction of the k-th, if they are one line; else 0.
-float DistanceOfFold(const FoldLine* folds, int count, int k)
-{
-  float alike = 0.0f, sum = 0.0f, squares = 0.0f;
-  for (int m = 0; m < count; ++m)
-  {
-    const auto& [x, y, distance] = folds[m];
-    if (distance > 0.0f && x * folds[k].X + y * folds[k].Y > FoldCosine)
-    {
-      alike += 1.0f;
-      sum += distance;
-      squares += distance * distance;
-    }
-  }
-  const float mean = sum / alike;
-  const bool isLine = alike > 1.0f && squares / alike - mean * mean < FoldSpread * FoldSpread;
-  return isLine ? mean : 0.0f;
-}
-
-/// Cells end at folds: calls set(k, side) for each neighbour behind one.
-template <class Set>
-void FindFoldSides(const SteeredPlane& plane, const FoldLine* folds, int count, const Set& set)
-{
-  for (int k = 0; k < count; ++k)
-  {
-    const float distance = folds[k].Distance > 0.0f ? DistanceOfFold(folds, count, k) : 0.0f;
-    if (distance > 0.0f)
-    {
-      const auto& [x, y, own] = folds[k];
-      set(k, CellSide{ plane.Back.X(x, y), plane.Back.Y(x, y), distance });
-    }
-  }
-}
 
 /// Bisectors of the nearest neighbours; for SIMD loops.
 struct NearBisectors
@@ -155,20 +86,6 @@ SURFEL_MULTIVERSION void FindBisectors(
   }
 }
 
-/// The point's cell among its neighbours.
-void CutCell(const FlatSheet& sheet, double reach, CellPolygon& cell)
-{
-  cell.Reset(reach);
-  for (int k = 0; k < sheet.Count; ++k)
-  {
-    const auto& [x, y, offset] = sheet.Sides[k];
-    if (offset > 0.0f && offset * offset < cell.SquaredRadius() * (x * x + y * y))
-    {
-      cell.Cut(x, y, offset);
-    }
-  }
-}
-
 class CellMeasurer
 {
 public:
@@ -182,6 +99,7 @@ public:
     , Blur(metric.Blur)
     , Fits(fits)
     , Heights(heights)
+    , View(oriented.Cloud, oriented.ToScanner)
   {
   }
 
@@ -212,15 +130,23 @@ private:
     this->Tree.FindNearest(i, SheetCapacity, this->Found);
     this->Sheet.Count = 0;
     double sparsest = this->Fits[i].Spacing;
+    const double step = this->StepOfScanner(i);
+    float nextLine = 0.0f; // squared distance
     for (int k = 0; k < this->Found.Count(); ++k)
     {
       const int j = this->Found.Ids[k];
-      if (k < CellNeighbors || this->MayMeet(i, j, this->Found.SquaredDistances[k]))
+      const float squared = this->Found.SquaredDistances[k];
+      if (k < CellNeighbors || this->MayMeet(i, j, squared))
       {
         this->AddToSheet(i, j, sparsest);
       }
+      else if (this->IsNextSeen(i, j, step) && this->AddToSheet(i, j, sparsest))
+      {
+        nextLine = squared;
+      }
     }
-    const double reach = this->ReachTo(i, sparsest, MaximumSparsity);
+    const double reach = std::max(this->ReachTo(i, sparsest, MaximumSparsity),
+      std::min(LineReach * std::sqrt(nextLine) / this->Fits[i].Spacing, MaximumBeyondGap));
     if (this->CutAndMeasure(i, reach, cell) && this->HaveGap())
     {
       this->LookAcrossGap(i, cell);
@@ -232,6 +158,30 @@ private:
   {
     const double reach = 2.0 * CellReach * std::max(this->Fits[i].Spacing, this->Fits[j].Spacing);
     return squaredDistance <= reach * reach;
+  }
+
+  /// The angle between what the scanner of point i has seen around it; 0 if nothing tells.
+  double StepOfScanner(int i)
+  {
+    const int nearest = std::min(CellNeighbors, this->Found.Count());
+    const double step =
+      this->View.LookAt(i) ? this->View.StepAmong(this->Found.Ids.data(), nearest) : 0.0;
+    return std::isfinite(step) ? step : 0.0;
+  }
+
+  /// Whether the scanner of point i has seen point j next to it, and in the plane of both rather
+  /// than behind it.
+  bool IsNextSeen(int i, int j, double step) const
+  {
+    if (!(step > 0.0 && this->View.AngleTo(j) < MostSteps * step))
+    {
+      return false;
+    }
+    const Vector3 d = this->Between(i, j);
+    const auto isInPlane = [&](const Vector3& normal) {
+      return std::abs(Dot(normal, d)) <= MostBehind * this->View.Facing(normal) * Norm(d);
+    };
+    return isInPlane(this->Fits[i].Normal) && isInPlane(this->Fits[j].Normal);
   }
 
   double ReachTo(int i, double sparsest, double most) const
@@ -445,14 +395,15 @@ private:
   /// Adds point j, if it is on the same sheet or behind a fold, where it is on the unrolled
   /// surface, so that far points of a thin tube do not come too near.
   /// @param sparsest is raised to its spacing then
-  void AddToSheet(int i, int j, double& sparsest)
+  /// @return whether it was added
+  bool AddToSheet(int i, int j, double& sparsest)
   {
     FlatSheet& sheet = this->Sheet;
     const Vector3 d = this->Between(i, j);
     FoldedNeighbor at = this->SeenFrom(i, j, d);
     if (sheet.Count == SheetCapacity || !(this->AreOfSheet(i, j, d) || at.HasFoldWithin(FoldReach)))
     {
-      return;
+      return false;
     }
     const FoldLine fold = this->FoldBetween(i, j, at);
     at.Unroll();
@@ -463,6 +414,7 @@ private:
         static_cast<float>(Dot(steering, this->Plane.V)), SingleDot(steering, steering)),
       fold, spacing * spacing);
     sparsest = std::max<double>(sparsest, this->Fits[j].Spacing);
+    return true;
   }
 
   /// Whether the normal is that of one side of a fold: others are means over it.
@@ -571,6 +523,7 @@ private:
   const double Blur; // spacings
   PlaneFits& Fits;
   SurfaceHeights& Heights;
+  ScannerView View;
   Neighbors Found;
   pcl::Indices Seen;
   std::vector<int> Sparse;

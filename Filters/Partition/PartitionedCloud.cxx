@@ -259,6 +259,20 @@ vtkSmartPointer<vtkPolyData> PartitionedCloud::Fetch(
   return region;
 }
 
+std::vector<PartitionedCloud::Array> PartitionedCloud::OfAny(
+  SurfelSplatting::Ranks& ranks, const std::vector<Array>& arrays)
+{
+  std::vector<Array> shared;
+  for (const Array& array : arrays)
+  {
+    if (ranks.Any(array.Values != nullptr))
+    {
+      shared.push_back(array);
+    }
+  }
+  return shared;
+}
+
 PartitionedCloud::Returned PartitionedCloud::Return(const Results& results)
 {
   const auto components = static_cast<std::size_t>(results.Components);

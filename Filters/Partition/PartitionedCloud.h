@@ -43,6 +43,9 @@ public:
     vtkDataArray* Values;
   };
 
+  /// Collective. Those of the arrays that any rank has.
+  static std::vector<Array> OfAny(SurfelSplatting::Ranks& ranks, const std::vector<Array>& arrays);
+
   /**
    * Collective. Fetches the points in this rank's region and in a halo of this width around it,
    * relative to Origin(), in the order of one process with all points. The point array IdArray has

@@ -4,6 +4,10 @@
 
 #include "vtkSurfelEstimation.h"
 
+#include "vtkFloatArray.h"
+#include "vtkPointData.h"
+#include "vtkSmartPointer.h"
+
 #include <algorithm>
 
 using namespace SurfelTesting;
@@ -354,8 +358,25 @@ Sampled MakeWall(double pitch)
   return MakeRectangle({ 0, 0, 0 }, { 1, 0, 0 }, 1, { 0, 1, 0 }, 1, pitch, 0.4, Random(5));
 }
 
+/// Points with the vectors to their scanners.
+vtkSmartPointer<vtkPolyData> SeenFrom(
+  const std::vector<Vec>& scanners, const std::vector<Vec>& points)
+{
+  vtkNew<vtkFloatArray> ways;
+  ways->SetName("ToScanner");
+  ways->SetNumberOfComponents(3);
+  for (size_t i = 0; i < points.size(); ++i)
+  {
+    const Vec &from = points[i], &to = scanners[i % scanners.size()];
+    ways->InsertNextTuple3(to[0] - from[0], to[1] - from[1], to[2] - from[2]);
+  }
+  const vtkSmartPointer<vtkPolyData> cloud = ToPolyData(points);
+  cloud->GetPointData()->AddArray(ways);
+  return cloud;
+}
+
 /// The rods of a railing before a wall, each with one row of points: they look like scan lines, but
-/// become no sheet.
+/// become no sheet, also where a scanner is known that sees them ten steps apart.
 TEST_CASE("Rods")
 {
   const double pitch = 0.01;
@@ -370,22 +391,27 @@ TEST_CASE("Rods")
         0.25 + pitch * (k + 0.2 * random()), 0.4 + 0.1 * pitch * random() });
     }
   }
-  vtkNew<vtkSurfelEstimation> estimation;
-  estimation->SetInputData(ToPolyData(points));
-  estimation->Update();
-  const Surfels surfels(estimation->GetOutput());
-  for (size_t i = first; i < points.size(); ++i)
+  for (const bool isSeen : { false, true })
   {
-    const auto id = static_cast<vtkIdType>(i);
-    CHECK(surfels.Area(id) <= 4.0 * pitch * pitch);
-    CHECK(surfels.IsTwoSided(id));
+    CAPTURE(isSeen);
+    vtkNew<vtkSurfelEstimation> estimation;
+    estimation->SetInputData(isSeen ? SeenFrom({ { 0.5, 0.4, 3.0 } }, points) : ToPolyData(points));
+    estimation->Update();
+    const Surfels surfels(estimation->GetOutput());
+    for (size_t i = first; i < points.size(); ++i)
+    {
+      const auto id = static_cast<vtkIdType>(i);
+      CHECK(surfels.Area(id) <= 4.0 * pitch * pitch);
+      CHECK(surfels.IsTwoSided(id));
+    }
   }
 }
 
 /// A scanner that looks along a floor has lines on it 12 times as far apart as their points, at the
 /// foot of a wall. Returns the area of the points behind `begin` over that of this floor.
 /// @param noise along the line of sight
-double AreaOfFloor(double wallPitch, double noise, double begin)
+/// @param isSeen whether the scanner is known: each line is the next that it sees
+double AreaOfFloor(double wallPitch, double noise, double begin, bool isSeen = false)
 {
   const double pitch = 0.01, apart = 12.0 * pitch;
   std::vector<Vec> points = MakeWall(wallPitch).Points;
@@ -401,7 +427,7 @@ double AreaOfFloor(double wallPitch, double noise, double begin)
     }
   }
   vtkNew<vtkSurfelEstimation> estimation;
-  estimation->SetInputData(ToPolyData(points));
+  estimation->SetInputData(isSeen ? SeenFrom({ { 0.5, 0.18, 3.4 } }, points) : ToPolyData(points));
   estimation->Update();
   const Surfels surfels(estimation->GetOutput());
   double area = 0.0, expected = 0.0;
@@ -416,12 +442,58 @@ double AreaOfFloor(double wallPitch, double noise, double begin)
   return area / expected;
 }
 
-/// The floor stays closed: where there are lines all around, and, since its noise is within it,
-/// beside a wall that is dense, too.
+/// The floor stays closed: where there are lines all around, and, since its noise is within it or
+/// its scanner is known, beside a wall that is dense, too.
 TEST_CASE("Scan lines at the foot of a wall")
 {
   CHECK_NEAR(AreaOfFloor(0.004, 0.0, 3.5), 1.0, 0.1);
   CHECK_NEAR(AreaOfFloor(0.0025, 0.01, 0.5), 1.0, 0.1);
+  CHECK_NEAR(AreaOfFloor(0.0025, 0.0, 0.5, true), 1.0, 0.1);
+}
+
+/// The area of a floor on which the lines of five scanners beside each other fall together: bands
+/// that are 0.1 wide and 0.4 apart, with points 0.08 apart of each scanner. Over that of the floor
+/// between the outermost bands.
+double AreaOfBands(bool areSeen)
+{
+  std::vector<Vec> points, scanners;
+  Random random(11);
+  const double pitch = 0.08, apart = 0.4;
+  for (int scanner = 0; scanner < 5; ++scanner)
+  {
+    scanners.push_back({ 0.4 * scanner, -4.0, 0.9 });
+  }
+  for (int band = 0; band < 6; ++band)
+  {
+    for (int k = 0; k < 50; ++k)
+    {
+      for (int scanner = 0; scanner < 5; ++scanner)
+      {
+        points.push_back(
+          { pitch * (k + 0.2 * scanner), apart * band + 0.1 * (random() - 0.5), 0.0 });
+      }
+    }
+  }
+  vtkNew<vtkSurfelEstimation> estimation;
+  estimation->SetInputData(areSeen ? SeenFrom(scanners, points) : ToPolyData(points));
+  estimation->SetOrientationModeToTwoSided();
+  estimation->Update();
+  const Surfels surfels(estimation->GetOutput());
+  double area = 0.0;
+  for (vtkIdType i = 0; i < surfels.Count(); ++i)
+  {
+    const double y = surfels.Position(i)[1];
+    area += y > 0.5 * apart && y < 4.5 * apart ? surfels.Area(i) : 0.0;
+  }
+  return area / (50 * pitch * 4 * apart);
+}
+
+/// Between lines that a scanner sees next to each other a surface is closed, though they are six
+/// spacings apart. Where no scanner is known, that is a hole.
+TEST_CASE("Lines of several scanners")
+{
+  CHECK_NEAR(AreaOfBands(true), 1.0, 0.1);
+  CHECK(AreaOfBands(false) < 0.8);
 }
 
 /// Given normals, with kernels perpendicular to them, decide the side; unusable ones are replaced.

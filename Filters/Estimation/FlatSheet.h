@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * The neighbours that may bound the Voronoi cell of a point, in its plane, and their sides of it.
+ */
+#pragma once
+
+#include "Filters/Common/SurfaceFold.h"
+#include "Filters/Estimation/CellPolygon.h"
+#include "Filters/Estimation/SteeredPlane.h"
+
+namespace SurfelGeometry
+{
+/// Neighbours whose bisectors may bound a cell. In a random sampling a cell has 6 on average,
+/// hardly ever one that is not among the 20 nearest points.
+constexpr int CellNeighbors = KeptNeighbors;
+
+/// Neighbours that may bound a cell which those leave open: beside a border or a step of density
+/// they fill half a disc of a radius of 7 spacings, where 10 times sparser points have 7 in the
+/// other.
+constexpr int SheetCapacity = 4 * CellNeighbors;
+
+/// Cosine of the angle up to which folds have one direction, and standard deviation of the
+/// distances, in spacings, up to which they are one line. Normals with noise give many lines.
+constexpr float FoldCosine = 0.9f, FoldSpread = 0.05f;
+
+/// What bounds a cell towards a neighbour: the line X x + Y y = Offset.
+struct CellSide
+{
+  float X, Y, Offset;
+};
+
+inline CellSide BisectorTo(const FlatNeighbor& at)
+{
+  return { at.CutX, at.CutY, at.Offset() };
+}
+
+/// Neighbours of a point on its sheet and behind folds, nearest first.
+struct FlatSheet
+{
+  int Count;
+  FlatNeighbor At[SheetCapacity];
+  CellSide Sides[SheetCapacity];
+  FoldLine Folds[SheetCapacity];
+  float Areas[SheetCapacity]; // spacings squared
+
+  void Add(const FlatNeighbor& neighbor, const FoldLine& fold, float area)
+  {
+    this->At[this->Count] = neighbor;
+    this->Sides[this->Count] = BisectorTo(neighbor);
+    this->Folds[this->Count] = fold;
+    this->Areas[this->Count] = area;
+    ++this->Count;
+  }
+};
+
+/// The mean distance of the folds in the direction of the k-th, if they are one line; else 0.
+inline float DistanceOfFold(const FoldLine* folds, int count, int k)
+{
+  float alike = 0.0f, sum = 0.0f, squares = 0.0f;
+  for (int m = 0; m < count; ++m)
+  {
+    const auto& [x, y, distance] = folds[m];
+    if (distance > 0.0f && x * folds[k].X + y * folds[k].Y > FoldCosine)
+    {
+      alike += 1.0f;
+      sum += distance;
+      squares += distance * distance;
+    }
+  }
+  const float mean = sum / alike;
+  const bool isLine = alike > 1.0f && squares / alike - mean * mean < FoldSpread * FoldSpread;
+  return isLine ? mean : 0.0f;
+}
+
+/// Cells end at folds: calls set(k, side) for each neighbour behind one.
+template <class Set>
+void FindFoldSides(const SteeredPlane& plane, const FoldLine* folds, int count, const Set& set)
+{
+  for (int k = 0; k < count; ++k)
+  {
+    const float distance = folds[k].Distance > 0.0f ? DistanceOfFold(folds, count, k) : 0.0f;
+    if (distance > 0.0f)
+    {
+      const auto& [x, y, own] = folds[k];
+      set(k, CellSide{ plane.Back.X(x, y), plane.Back.Y(x, y), distance });
+    }
+  }
+}
+
+/// The point's cell among its neighbours.
+inline void CutCell(const FlatSheet& sheet, double reach, CellPolygon& cell)
+{
+  cell.Reset(reach);
+  for (int k = 0; k < sheet.Count; ++k)
+  {
+    const auto& [x, y, offset] = sheet.Sides[k];
+    if (offset > 0.0f && offset * offset < cell.SquaredRadius() * (x * x + y * y))
+    {
+      cell.Cut(x, y, offset);
+    }
+  }
+}
+}

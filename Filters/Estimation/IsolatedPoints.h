@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * Points that are far from all others would become discs as large as the space about them.
+ */
+#pragma once
+
+#include "Filters/Estimation/PlaneFit.h"
+
+namespace SurfelGeometry
+{
+/// Makes points round and as small as their neighbours that are alone, by FitSettings'
+/// IsolationFactor, and sparse ones on no plane smaller.
+void BoundIsolated(
+  double factor, const LocalCloud& cloud, const NeighborGraph& graph, PlaneFits& fits);
+}
