@@ -13,6 +13,7 @@
 #include "vtkSMPTools.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace SurfelGeometry
 {
@@ -20,6 +21,14 @@ namespace
 {
 /// Smaller patches are decided with others; points.
 constexpr int MinPatch = 30;
+
+/// What is known of the patch of a point.
+enum class PatchKind : unsigned char
+{
+  Decided,
+  Open, // its outside is unknown
+  Small,
+};
 
 /// One execution.
 class Orienter
@@ -37,7 +46,7 @@ public:
     , Edges(CollectVotes(cloud, fits, graph, Seen))
     , Signs(cloud.Size())
     , Sides(fits.size(), 0)
-    , AreOpen(fits.size(), 0)
+    , Kinds(fits.size(), PatchKind::Decided)
   {
   }
 
@@ -51,6 +60,7 @@ public:
       this->DecideSets(progress.Part(0.3, 0.5),
         [this](
           const OutsideInput& input, const Component& patch) { this->TakePatch(input, patch); }) &&
+      this->OpenBesideOpen() &&
       JoinPatches({ this->Graph, this->Edges, this->Fits }, progress.Part(0.5, 0.7), this->Signs,
         this->Sides) &&
       this->DecideSets(progress.Part(0.7, decided),
@@ -125,13 +135,45 @@ private:
     if (patch.Count < MinPatch)
     {
       side = static_cast<signed char>(seen >= EnoughSeen ? 1 : seen <= -EnoughSeen ? -1 : 0);
-      return;
     }
-    side = static_cast<signed char>(DecidePatch(input, this->Settings, patch).Sign);
+    else
+    {
+      side = static_cast<signed char>(DecidePatch(input, this->Settings, patch).Sign);
+    }
     for (int m = 0; side == 0 && m < patch.Count; ++m)
     {
-      this->AreOpen[patch.Ids[m]] = 1;
+      this->Kinds[patch.Ids[m]] = patch.Count < MinPatch ? PatchKind::Small : PatchKind::Open;
     }
+  }
+
+  /// Small patches between decided ones have their outside, those at the edges of open ones have
+  /// none: signs cross such edges by chance. Returns true.
+  bool OpenBesideOpen()
+  {
+    std::vector<PatchKind> kinds(this->Kinds.size());
+    vtkSMPTools::For(0, this->Cloud.Size(), [&](vtkIdType i, vtkIdType end) {
+      for (; i < end; ++i)
+      {
+        const bool isOpen = this->Kinds[i] == PatchKind::Open ||
+          (this->Kinds[i] == PatchKind::Small && this->IsBesideOpen(i));
+        kinds[i] = isOpen ? PatchKind::Open : PatchKind::Decided;
+      }
+    });
+    this->Kinds = std::move(kinds);
+    return true;
+  }
+
+  /// Whether more neighbours are in open patches than in decided ones.
+  bool IsBesideOpen(vtkIdType i) const
+  {
+    const int* row = this->Graph.Row(static_cast<std::size_t>(i));
+    int more = 0;
+    for (int k = 0; k < GraphDegree && row[k] >= 0; ++k)
+    {
+      const PatchKind kind = this->Kinds[static_cast<std::size_t>(row[k])];
+      more += kind == PatchKind::Open ? 1 : kind == PatchKind::Decided ? -1 : 0;
+    }
+    return more > 0;
   }
 
   /// Turns the normals of a component outward, and marks the points that have an outside: all, or
@@ -142,7 +184,7 @@ private:
     const signed char patches = this->SideOf(component);
     const bool isDecided = patches != 0 &&
       std::none_of(component.Ids, component.Ids + component.Count,
-        [this](int i) { return this->AreOpen[i] != 0; });
+        [this](int i) { return this->Kinds[i] == PatchKind::Open; });
     const OutsideSign outside =
       isDecided ? OutsideSign{ patches, true } : DecideComponent(input, this->Settings, component);
     const int side = patches != 0 ? patches : outside.Sign;
@@ -153,7 +195,7 @@ private:
       {
         const int i = component.Ids[m];
         PlaneFit& fit = this->Fits[i];
-        const bool isKnown = isWhole || (side != 0 && !this->AreOpen[i]);
+        const bool isKnown = isWhole || (side != 0 && this->Kinds[i] != PatchKind::Open);
         const bool hasOutside =
           fit.Given || (isKnown && fit.HasPlane() && !this->IsTurnedAway(input, i, side));
         result.TwoSided[i] = hasOutside ? 0 : 1;
@@ -191,8 +233,8 @@ private:
   std::vector<int> Evidence;       // [n] as in JoinSeen, with UseScanners
   EdgeVotes Edges;
   ParityUnionFind Signs;
-  std::vector<signed char> Sides;     // [n] as in JoinPatches
-  std::vector<unsigned char> AreOpen; // [n] 1 in patches whose outside is unknown
+  std::vector<signed char> Sides; // [n] as in JoinPatches
+  std::vector<PatchKind> Kinds;   // [n]
   int NumberOfSets = 0;
 };
 }

@@ -104,6 +104,63 @@ Sampled MakeRoom(double scale, double cupboard)
   return room;
 }
 
+/// A flat ball that sticks out of a plinth, whose faces go on within the ball: the ball is closed,
+/// the plinth is not. Random points. Returns the sides of those of the plinth outside of the ball.
+Sides SidesOfPlinth(int seed)
+{
+  constexpr double size[3] = { 1.0, 1.0, 0.5 }, radius = 0.45, pitch = 0.0185;
+  const Vec middle{ 0.5, 0.5, 0.55 };
+  Random random(seed);
+  Sampled truth;
+  std::size_t visible = 0;
+  const auto isInBall = [&](const Vec& p) {
+    return std::hypot(p[0] - middle[0], p[1] - middle[1], 2.0 * (p[2] - middle[2])) < 1.1 * radius;
+  };
+  for (const bool isHidden : { false, true }) // those within the ball last
+  {
+    for (int face = 0; face < 6; ++face)
+    {
+      const int z = face / 2, x = (z + 1) % 3, y = (z + 2) % 3;
+      const auto count = static_cast<int>(size[x] * size[y] / (pitch * pitch));
+      for (int k = 0; k < count; ++k)
+      {
+        Vec p{}, n{};
+        p[x] = size[x] * random();
+        p[y] = size[y] * random();
+        p[z] = face % 2 * size[z];
+        n[z] = face % 2 != 0 ? 1.0 : -1.0;
+        if (isInBall(p) == isHidden)
+        {
+          truth.Add(p, n);
+        }
+      }
+    }
+    if (!isHidden)
+    {
+      visible = truth.Points.size();
+    }
+  }
+  const Sampled ball = MakeSphere(radius, 4000, Random(seed + 100));
+  for (const Vec& p : ball.Points)
+  {
+    truth.Add({ p[0] + middle[0], p[1] + middle[1], 0.5 * p[2] + middle[2] }, p);
+  }
+  vtkNew<vtkSurfelEstimation> estimation;
+  Estimate(truth, estimation);
+  return CountSides(Surfels(estimation->GetOutput()), truth, 0, visible);
+}
+
+/// At the edges of open faces there is no outside, though something closed is beside them: 8 % of
+/// the points had a wrong one.
+TEST_CASE("Edges of open faces")
+{
+  for (const int seed : { 1, 2, 3 })
+  {
+    CAPTURE(seed);
+    CHECK(SidesOfPlinth(seed).Wrong <= 0.003);
+  }
+}
+
 /// A room is seen from inside: if something is wholly in it, or if its cupboard is below and it is
 /// as high as a room. Others are boxes.
 TEST_CASE("Rooms")
