@@ -78,7 +78,7 @@ public:
   /// Whether the noise of point i's line is within a surface.
   bool IsWithinSurface(int i, Neighbors& neighbors)
   {
-    this->Find(i, LineGrowth, neighbors);
+    this->FindLines(i, neighbors);
     const Eigen::Matrix3d around = this->CovarianceAround(i, neighbors);
     const int count = std::min(neighbors.Count(), this->Settings.NumberOfNeighbors);
     this->Around.Load(this->Cloud, i, neighbors.Ids.data(), count);
@@ -86,15 +86,27 @@ public:
   }
 
   /// Whether the scanner of point i has seen the next lines of a surface on both sides of its own.
+  /// @param neighbors those of FindLines
   bool IsBetweenLines(int i, const PlaneFit& fit, ScannerView& view, Neighbors& neighbors) const
   {
     if (!view.LookAt(i))
     {
       return false;
     }
+    if (view.IsBetweenLines(fit.AxisU, neighbors))
+    {
+      return true;
+    }
+    if (!view.AreMostOfOthers(neighbors))
+    {
+      return false;
+    }
     this->Find(i, ScannersGrowth, neighbors);
     return view.IsBetweenLines(fit.AxisU, neighbors);
   }
+
+  /// Neighbours on the next lines of a surface, if point i is on one.
+  void FindLines(int i, Neighbors& neighbors) const { this->Find(i, LineGrowth, neighbors); }
 
   /// Fits point i, on a line of a surface, to the next lines as well.
   void FitToLines(int i, const float* given, Neighbors& neighbors, PlaneFit& fit)
@@ -358,11 +370,18 @@ bool FitLines(const FitInput& input, const Spreads& spreads, const NeighborGraph
   const auto count = static_cast<vtkIdType>(points.size());
   return ParallelFor(count, progress.Part(0.8, 1.0), [&](vtkIdType k, vtkIdType end) {
     Fitter fitter(input.Cloud, input.Tree, input.Settings);
+    ScannerView view(input.Cloud, input.ToScanner);
     Neighbors neighbors;
     for (; k < end; ++k)
     {
       const int i = points[static_cast<size_t>(k)];
+      const PlaneFit before = fits[i];
       fitter.FitToRod(i, GivenNormal(input, i), neighbors, fits[i]);
+      if (fits[i].OnRod)
+      {
+        fitter.FindLines(i, neighbors);
+        fits[i] = fitter.IsBetweenLines(i, fits[i], view, neighbors) ? before : fits[i];
+      }
     }
   });
 }

@@ -79,6 +79,13 @@ double ScannerView::StepAmong(const int* ids, int count) const
   return step;
 }
 
+bool ScannerView::AreMostOfOthers(const Neighbors& neighbors) const
+{
+  const auto others = std::count_if(neighbors.Ids.begin(), neighbors.Ids.end(),
+    [this](int j) { return !std::isfinite(this->AngleTo(j)); });
+  return 2 * others > neighbors.Count();
+}
+
 /// The second smallest, on the other side of the point: the first may be a double one. Zero without
 /// any.
 double ScannerView::StepAlong(const Vector3& row, const Vector3& across, const Neighbors& neighbors)

@@ -49,6 +49,9 @@ public:
   /// next lines of one surface.
   bool IsBetweenLines(const Vector3& along, const Neighbors& neighbors);
 
+  /// Whether other scanners have measured most of these points.
+  bool AreMostOfOthers(const Neighbors& neighbors) const;
+
 private:
   /// A neighbour beside the line.
   struct Beside
