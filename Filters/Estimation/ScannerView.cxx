@@ -16,7 +16,7 @@ namespace
 {
 /// Places of scanners are one if they differ by less than this part of the range: smoothing moves
 /// points, but not their vectors.
-constexpr double SamePlace = 0.01;
+constexpr double SameScanner = 0.01;
 
 /// A line seen so steeply, as the sine of the angle to the line of sight, has no steps along it.
 constexpr double LeastSlant = 0.2;
@@ -54,7 +54,8 @@ bool ScannerView::LookAt(int i)
 bool ScannerView::See(int j, Vector3& angles) const
 {
   Vector3 scanner;
-  if (!this->GetScanner(j, scanner) || !(Norm(scanner - this->Scanner) <= SamePlace * this->Range))
+  if (!this->GetScanner(j, scanner) ||
+    !(Norm(scanner - this->Scanner) <= SameScanner * this->Range))
   {
     return false;
   }

@@ -39,7 +39,7 @@ constexpr std::size_t FewestSparse = 4; ///< fewer are the end of another thing
 /// corners included; the next is fewer steps away than this, and off the plane by less than this
 /// part of what lies behind the point on the line of sight would be. Of leaves before each other,
 /// others are next to each other, too.
-constexpr double LineReach = 0.6, MostSteps = 1.5, MostBehind = 0.25;
+constexpr double LineReach = 0.6, MostStepsApart = 1.5, MostBehind = 0.25;
 
 /// So many of the nearest neighbours cut the cell without asking whether they reach it.
 constexpr int SureCuts = 6;
@@ -173,7 +173,7 @@ private:
   /// than behind it.
   bool IsNextSeen(int i, int j, double step) const
   {
-    if (!(step > 0.0 && this->View.AngleTo(j) < MostSteps * step))
+    if (!(step > 0.0 && this->View.AngleTo(j) < MostStepsApart * step))
     {
       return false;
     }
