@@ -20,9 +20,9 @@ constexpr int LevelsPerStep = 4;
 
 /// Surfaces that bend away from a neighbour are closer than this, in the spacing of elements, and
 /// folds turn farther.
-constexpr float LeastGap = 1.5f, LeastCosine = 0.8f;
+constexpr float GapOfSheets = 1.5f, CosineOfSheet = 0.8f;
 
-/// Within a square, heights of one sheet differ by less than this share of LeastGap.
+/// Within a square, heights of one sheet differ by less than this share of GapOfSheets.
 constexpr float ShareOfGap = 0.8f;
 
 /// The elements of a run, in arrays for SIMD loops.
@@ -45,7 +45,7 @@ public:
         this->At[c][i] = static_cast<float>(p[c]);
         this->Normal[c][i] = static_cast<float>(n[c]);
       }
-      this->Gap[i] = LeastGap * std::sqrt(area);
+      this->Gap[i] = GapOfSheets * std::sqrt(area);
       this->PerReach[i] = area > 0.0f ? 1.0f / (3.0f * area) : Infinite;
     }
     for (std::size_t i = count; i < RunSize; ++i)
@@ -138,7 +138,7 @@ private:
       cosine += n * this->Normal[c][j];
     }
     const float left = std::max(1.0f - (squared - height * height) * this->PerReach[j], 0.0f);
-    const bool covers = (height > this->Gap[i]) & (cosine > LeastCosine);
+    const bool covers = (height > this->Gap[i]) & (cosine > CosineOfSheet);
     return covers ? left * left : 0.0f;
   }
 

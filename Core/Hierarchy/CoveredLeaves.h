@@ -9,9 +9,9 @@
  *
  *   v_i = 3/2 sum_j k(q_ij), at most 1,   k(q) = max(0, 1 - q / 3)^2 / pi,   q = d^2 / a_j
  *
- * j: n_i.(x_j - x_i) > LeastGap sqrt(a_i), n_i.n_j > LeastCosine; d the distance of their places
- * across n_i; a areas, n normals. The sum is 1 in the mean behind a sheet that covers all. Half as
- * much again counts, since the points of sheets are random.
+ * j: n_i.(x_j - x_i) > GapOfSheets sqrt(a_i), n_i.n_j > CosineOfSheet; d the distance of their
+ * places across n_i; a areas, n normals. The sum is 1 in the mean behind a sheet that covers all.
+ * Half as much again counts, since the points of sheets are random.
  */
 #pragma once
 

@@ -80,7 +80,7 @@ TEST_CASE("Two sheets")
   }
 }
 
-/// Sheets that face away from one another, have two sides or lie closer than LeastGap.
+/// Sheets that face away from one another, have two sides or lie closer than GapOfSheets.
 TEST_CASE("Uncovered sheets")
 {
   const double near = 1.0 * Spacing, apart = 3.0 * Spacing;
