@@ -31,7 +31,7 @@ constexpr double MostOfRods = 0.05;
 
 /// The wider neighbourhood: so many points of a sample of one in so many of the cloud.
 constexpr int SampleNeighbors = 64;
-constexpr double SampleShare = 1.0 / 16.0;
+constexpr double SampledShare = 1.0 / 16.0;
 
 /// A sample of fewer points tells nothing.
 constexpr int FewestSamples = 8;
@@ -137,7 +137,7 @@ void ScanLines::MakeSample()
 {
   for (int i = 0; i < this->Cloud.Size() && !this->Lines.empty(); ++i)
   {
-    if (Hash(static_cast<std::uint64_t>(this->Cloud.SampleId(i))) < SampleShare)
+    if (Hash(static_cast<std::uint64_t>(this->Cloud.SampleId(i))) < SampledShare)
     {
       const float* p = this->Cloud.Position(i);
       this->Positions.insert(this->Positions.end(), p, p + 3);
