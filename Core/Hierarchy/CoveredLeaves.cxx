@@ -73,21 +73,19 @@ public:
     const float(&x)[RunSize] = this->At[(up + 1) % 3], (&y)[RunSize] = this->At[(up + 2) % 3];
     const auto [leastX, mostX] = std::minmax_element(x, x + this->Count);
     const auto [leastY, mostY] = std::minmax_element(y, y + this->Count);
-    constexpr int side = 16;
-    const float square = std::max({ gap, (*mostX - *leastX) / side, (*mostY - *leastY) / side });
+    const float square = std::max({ gap, (*mostX - *leastX) / Side, (*mostY - *leastY) / Side });
     const float length = std::sqrt(mean[0] * mean[0] + mean[1] * mean[1] + mean[2] * mean[2]);
     if (!(square > 0.0f) || !(length > 0.5f * static_cast<float>(this->Count)))
     {
       return false;
     }
-    float lowest[side][side], highest[side][side];
-    std::fill_n(&lowest[0][0], side * side, Infinite);
-    std::fill_n(&highest[0][0], side * side, -Infinite);
+    float lowest[Side][Side], highest[Side][Side];
+    std::fill_n(&lowest[0][0], Side * Side, Infinite);
+    std::fill_n(&highest[0][0], Side * Side, -Infinite);
     bool isOne = true;
     for (std::size_t i = 0; i < this->Count; ++i)
     {
-      const int u = std::min(static_cast<int>((x[i] - *leastX) / square), side - 1);
-      const int v = std::min(static_cast<int>((y[i] - *leastY) / square), side - 1);
+      const int u = SquareAt((x[i] - *leastX) / square), v = SquareAt((y[i] - *leastY) / square);
       const float height = Dot(mean, this->At, i) / length;
       lowest[u][v] = std::min(lowest[u][v], height);
       highest[u][v] = std::max(highest[u][v], height);
@@ -119,14 +117,21 @@ public:
   }
 
 private:
+  static constexpr int Side = 16; // of the field of squares
   static constexpr float Infinite = 1e30f;
+
+  /// @param place in squares; NaN is in the first one
+  static int SquareAt(float place)
+  {
+    return place > 0.0f ? static_cast<int>(std::min(place, Side - 1.0f)) : 0;
+  }
 
   static float Dot(const float (&v)[3], const float (&field)[3][RunSize], std::size_t i)
   {
     return v[0] * field[0][i] + v[1] * field[1][i] + v[2] * field[2][i];
   }
 
-  /// pi k of element j at element i.
+  /// pi k of element j at element i; 0 of what is not finite.
   float CoverBy(std::size_t i, std::size_t j) const
   {
     float squared = 0.0f, height = 0.0f, cosine = 0.0f;
@@ -137,7 +142,7 @@ private:
       height += n * d;
       cosine += n * this->Normal[c][j];
     }
-    const float left = std::max(1.0f - (squared - height * height) * this->PerReach[j], 0.0f);
+    const float left = std::max(0.0f, 1.0f - (squared - height * height) * this->PerReach[j]);
     const bool covers = (height > this->Gap[i]) & (cosine > CosineOfSheet);
     return covers ? left * left : 0.0f;
   }

@@ -7,6 +7,8 @@
 #include "TestScene.h"
 #include "Testing/Shared/Check.h"
 
+#include <cmath>
+
 using namespace SurfelSplatting;
 
 namespace
@@ -109,6 +111,22 @@ TEST_CASE("Ball")
   }
   const TestHierarchy h(cloud);
   CHECK_NEAR(MeanUncovered(h, false, 2.0), 1.0, 1e-6);
+}
+
+/// Leaves that are not finite cover nothing, and are not covered.
+TEST_CASE("Not finite")
+{
+  TestHierarchy h = MakeSheets({ { 0.0, 1.0, false }, { 3.0 * Spacing, 1.0, false } });
+  const std::size_t bad[] = { 0, 1, 777, h.Order.Layout.NumberOfLeaves() - 1 };
+  const float values[] = { std::nanf(""), INFINITY, -INFINITY, 3e38f };
+  for (int k = 0; k < 4; ++k)
+  {
+    h.Positions[3 * bad[k] + static_cast<std::size_t>(k % 3)] = values[k];
+  }
+  for (const float u : FindUncovered(h.Get(), h.Order.Layout, SerialExecutor()))
+  {
+    CHECK((u >= 0.0f && u <= 1.0f));
+  }
 }
 
 /// Nodes of both sheets have the colour of the one in front.
