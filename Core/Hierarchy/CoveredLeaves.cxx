@@ -14,12 +14,12 @@ namespace
 /// the same run.
 constexpr std::size_t RunSize = 256;
 
-/// Runs are of leaves, and of nodes so many levels higher each time: some of them have both sheets
-/// at any distance, and nodes that hold one of them only.
+/// Runs are of leaves, of nodes this many levels higher, and so on. Whatever the gap, at one of
+/// these levels both sheets lie in a run, and each node holds only one of them.
 constexpr int LevelsPerStep = 4;
 
-/// Surfaces that bend away from a neighbour are closer than this, in the spacing of elements, and
-/// folds turn farther.
+/// An element covers another from this height on, in spacings of elements: a surface that only
+/// bends stays below. Their normals have at least this cosine: those of a fold have less.
 constexpr float GapOfSheets = 1.5f, CosineOfSheet = 0.8f;
 
 /// Within a square, heights of one sheet differ by less than this share of GapOfSheets.

@@ -196,8 +196,8 @@ void OwnerSheet::LookCloser(const SurfelTable& table, const WeightSettings& sett
       others.Add(near.Numbers[k], at, SeenAlong(owner.Normal, kernel), spacing, range);
     }
   }
-  const float noise = (RoughestSheet - this->Roughness(first, spacing)) / RangeOfRoughness;
-  this->Distinct = owner.TwoSided ? 0.0f : std::clamp(noise, 0.0f, 1.0f);
+  const float smooth = (RoughestSheet - this->Roughness(first, spacing)) / RangeOfRoughness;
+  this->Distinct = owner.TwoSided ? 0.0f : std::clamp(smooth, 0.0f, 1.0f);
 }
 
 float OwnerSheet::Roughness(float sigmas, float spacing) const
