@@ -4,6 +4,7 @@
 #include "Core/Simd/Multiversion.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 namespace SurfelSplatting
@@ -162,12 +163,14 @@ SURFEL_MULTIVERSION SURFEL_FLATTEN void FindUncovered(const Run& run, float* unc
   }
 }
 
-/// Multiplies the leaves by what of their ancestors of a level is not covered.
-void MultiplyLeaves(const SurfelCloud& tree, const HierarchyLayout& layout, int level,
+/// Multiplies the leaves by what of their ancestors of a level is not covered. Returns whether any
+/// is covered.
+bool MultiplyLeaves(const SurfelCloud& tree, const HierarchyLayout& layout, int level,
   const Executor& executor, float* leaves)
 {
   constexpr int side = HierarchyLayout::OneSided;
   const std::size_t count = layout.Count(level, side), runs = (count + RunSize - 1) / RunSize;
+  std::atomic<bool> isAnyCovered{ false };
   executor.For(runs, 1, [&](std::size_t begin, std::size_t end) {
     Run run;
     float uncovered[RunSize];
@@ -180,6 +183,11 @@ void MultiplyLeaves(const SurfelCloud& tree, const HierarchyLayout& layout, int 
         continue;
       }
       FindUncovered(run, uncovered);
+      if (*std::min_element(uncovered, uncovered + size) == 1.0f)
+      {
+        continue;
+      }
+      isAnyCovered = true;
       const std::size_t last =
         std::min<std::size_t>((first + size) << level, layout.NumberOfLeaves(side));
       for (std::size_t i = first << level; i < last; ++i)
@@ -188,19 +196,24 @@ void MultiplyLeaves(const SurfelCloud& tree, const HierarchyLayout& layout, int 
       }
     }
   });
+  return isAnyCovered;
 }
 }
 
 std::vector<float> FindUncovered(
   const SurfelCloud& tree, const HierarchyLayout& layout, const Executor& executor)
 {
-  std::vector<float> leaves(layout.NumberOfLeaves(), 1.0f);
-  for (int level = 0; layout.NumberOfLeaves(HierarchyLayout::OneSided) > 0 &&
-       layout.Count(level, HierarchyLayout::OneSided) > 1;
-       level += LevelsPerStep)
+  constexpr int side = HierarchyLayout::OneSided;
+  if (tree.Kind != CloudKind::Surfels || layout.NumberOfLeaves(side) == 0)
   {
-    MultiplyLeaves(tree, layout, level, executor, leaves.data());
+    return {};
   }
-  return leaves;
+  std::vector<float> leaves(layout.NumberOfLeaves(), 1.0f);
+  bool isAnyCovered = false;
+  for (int level = 0; layout.Count(level, side) > 1; level += LevelsPerStep)
+  {
+    isAnyCovered |= MultiplyLeaves(tree, layout, level, executor, leaves.data());
+  }
+  return isAnyCovered ? leaves : std::vector<float>();
 }
 }

@@ -24,8 +24,9 @@
 namespace SurfelSplatting
 {
 /// What of each leaf no other sheet covers, [0, 1]: the product of 1 - v over it and its ancestors.
-/// Two-sided leaves have no front, and 1.
-/// @param tree leaves and nodes @return [layout.NumberOfLeaves()]
+/// Two-sided leaves have no front, and 1. Colours do not matter.
+/// @param tree leaves and nodes
+/// @return [layout.NumberOfLeaves()], or empty if none is covered, as of all but surfels
 std::vector<float> FindUncovered(
   const SurfelCloud& tree, const HierarchyLayout& layout, const Executor& executor);
 }

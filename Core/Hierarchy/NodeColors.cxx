@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Core/Hierarchy/NodeColors.h"
 
-#include "Core/Hierarchy/CoveredLeaves.h"
 #include "Core/Hierarchy/NodeRecursion.h"
 #include "Core/Surfels/NodePacking.h"
 
@@ -51,7 +50,6 @@ class ColorFiller
 public:
   using Value = WeightedColor;
 
-  /// @param uncovered of the leaves (CoveredLeaves.h)
   ColorFiller(const SurfelCloud& tree, const HierarchyLayout& layout,
     const std::vector<float>& uncovered, NodeColor* colors)
     : Tree(tree)
@@ -97,13 +95,8 @@ private:
 }
 
 void FillNodeColors(const SurfelCloud& tree, const HierarchyLayout& layout,
-  const Executor& executor, NodeColor* colors)
+  const std::vector<float>& uncovered, const Executor& executor, NodeColor* colors)
 {
-  std::vector<float> uncovered;
-  if (tree.Kind == CloudKind::Surfels)
-  {
-    uncovered = FindUncovered(tree, layout, executor);
-  }
   ForNodesUpwards(layout, executor, ColorFiller(tree, layout, uncovered, colors));
 }
 }

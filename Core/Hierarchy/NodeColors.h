@@ -5,11 +5,11 @@
  * A node with only its mean colour spreads it over its whole extent, so that a blurred texture
  * loses contrast. The first moment tells which side of the node is lighter:
  *
- *   c_0 = sum m c / sum m                    (c colour of the leaves, m = a o (1 - v))
+ *   c_0 = sum m c / sum m                    (c colour of the leaves, m = a o (1 - v) u)
  *   H   = sum m (c - c_0) (x - p)' / sum m   (three colours by three coordinates)
  *
- * a is a leaf's area, o its opacity, and v its overlap (SurfelCloud::OverlapOf): what another sheet
- * covers does not shine through it.
+ * a is a leaf's area, o its opacity, v its overlap (SurfelCloud::OverlapOf), and u what of it no
+ * other sheet covers (CoveredLeaves.h): what another sheet covers does not shine through it.
  *
  * Two children are joined by c_0 = f_a c_a + f_b c_b and
  *   H   = f_a H_a + f_b H_b + f_a f_b (c_a - c_b) (p_a - p_b)',    f their shares of sum m.
@@ -28,11 +28,14 @@
 #include "Core/Surfels/HierarchyNode.h"
 #include "Core/Surfels/SurfelCloud.h"
 
+#include <vector>
+
 namespace SurfelSplatting
 {
 /// Computes the colours of all nodes above the leaves.
-/// @param tree   leaves and nodes; the colours and opacities of the leaves are read
-/// @param colors [layout.NumberOfInnerNodes()]
+/// @param tree      leaves and nodes; the colours and opacities of the leaves are read
+/// @param uncovered of FindUncovered
+/// @param colors    [layout.NumberOfInnerNodes()]
 void FillNodeColors(const SurfelCloud& tree, const HierarchyLayout& layout,
-  const Executor& executor, NodeColor* colors);
+  const std::vector<float>& uncovered, const Executor& executor, NodeColor* colors);
 }

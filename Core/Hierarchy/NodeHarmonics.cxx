@@ -129,6 +129,6 @@ void FillHarmonicColors(const SurfelCloud& tree, const HierarchyLayout& layout,
   });
   SurfelCloud colored = tree;
   colored.ColorsFloat = constant.data();
-  FillNodeColors(colored, layout, executor, colors);
+  FillNodeColors(colored, layout, {}, executor, colors);
 }
 }

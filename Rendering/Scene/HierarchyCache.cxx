@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Rendering/Scene/HierarchyCache.h"
 
+#include "Core/Hierarchy/CoveredLeaves.h"
 #include "Core/Hierarchy/HierarchyBuilder.h"
 #include "Core/Hierarchy/NodeColors.h"
 #include "Core/Hierarchy/NodeHarmonics.h"
@@ -68,6 +69,7 @@ std::string HierarchyCache::Examine(
   this->Settle(cloud, executor);
   this->ColorState = State();
   this->LeafCovariances.clear();
+  this->HasUncovered = false;
   if (this->Placement.Kind == LeafPlacement::Other)
   {
     this->Warning =
@@ -227,7 +229,12 @@ const NodeColor* HierarchyCache::UpdateColors(vtkPolyData* input, vtkDataArray* 
     this->CheckFile(executor);
     this->Colors.Clear();
     this->Colors.Resize(layout.NumberOfInnerNodes());
-    FillNodeColors(cloud, layout, executor, this->Colors.Data());
+    if (!this->HasUncovered)
+    {
+      this->Uncovered = FindUncovered(cloud, layout, executor);
+      this->HasUncovered = true;
+    }
+    FillNodeColors(cloud, layout, this->Uncovered, executor, this->Colors.Data());
     this->ColorState = colorState;
     this->PreparedSurfels += layout.NumberOfLeaves();
   }

@@ -83,6 +83,8 @@ private:
   ClusterBounds Bounds;
   Buffer<NodeColor> Colors;
   std::vector<float> LeafCovariances;
+  std::vector<float> Uncovered; ///< of FindUncovered, if HasUncovered; colours do not change it
+  bool HasUncovered = false;
   std::vector<PackedHarmonics> Harmonics;
   Buffer<NodeColor> HarmonicColors;
   std::shared_ptr<const ArrayFile> File; ///< that the hierarchy is in and checked by, or null

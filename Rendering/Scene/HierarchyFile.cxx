@@ -3,6 +3,7 @@
 
 #include "Core/Files/ArrayFileWriter.h"
 #include "Core/Hierarchy/ClusterBounds.h"
+#include "Core/Hierarchy/CoveredLeaves.h"
 #include "Core/Hierarchy/HierarchyBuilder.h"
 #include "Core/Hierarchy/KdTreeOrder.h"
 #include "Core/Hierarchy/LeafPlacement.h"
@@ -326,7 +327,8 @@ void Contents::Write(const std::string& path, const Executor& executor) const
     file.Data<NodeExtent>(this->Extents));
   if (this->NodeColors != None)
   {
-    FillNodeColors(cloud, this->Layout, executor, file.Data<NodeColor>(this->NodeColors));
+    FillNodeColors(cloud, this->Layout, FindUncovered(cloud, this->Layout, executor), executor,
+      file.Data<NodeColor>(this->NodeColors));
   }
   if (this->Samples != None)
   {

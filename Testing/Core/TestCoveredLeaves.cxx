@@ -91,7 +91,7 @@ TEST_CASE("Uncovered sheets")
          MakeSheets({ { 0.0, 1.0, false }, { near, 1.0, false } }),
          MakeSheets({ { 0.0, 1.0, false } }) })
   {
-    CHECK_NEAR(MeanUncovered(h, false, 1.0), 1.0, 1e-6);
+    CHECK(FindUncovered(h.Get(), h.Order.Layout, SerialExecutor()).empty());
   }
 }
 
@@ -110,7 +110,7 @@ TEST_CASE("Ball")
     cloud.Add(s);
   }
   const TestHierarchy h(cloud);
-  CHECK_NEAR(MeanUncovered(h, false, 2.0), 1.0, 1e-6);
+  CHECK(FindUncovered(h.Get(), h.Order.Layout, SerialExecutor()).empty());
 }
 
 /// Leaves that are not finite cover nothing, and are not covered.
@@ -123,7 +123,9 @@ TEST_CASE("Not finite")
   {
     h.Positions[3 * bad[k] + static_cast<std::size_t>(k % 3)] = values[k];
   }
-  for (const float u : FindUncovered(h.Get(), h.Order.Layout, SerialExecutor()))
+  const std::vector<float> uncovered = FindUncovered(h.Get(), h.Order.Layout, SerialExecutor());
+  CHECK(uncovered.size() == h.Order.Layout.NumberOfLeaves());
+  for (const float u : uncovered)
   {
     CHECK((u >= 0.0f && u <= 1.0f));
   }

@@ -136,7 +136,8 @@ TestHierarchy::TestHierarchy(const TestCloud& cloud, const Executor& executor)
   FillNodes(this->Get(), layout, executor, this->Nodes.data());
   this->LeafCovariances = MakeLeafCovariances(this->Get(), layout, executor);
   this->Colors.resize(this->Nodes.size());
-  FillNodeColors(this->Get(), layout, executor, this->Colors.data());
+  FillNodeColors(this->Get(), layout, FindUncovered(this->Get(), layout, executor), executor,
+    this->Colors.data());
   this->Table = ClusterBounds(this->Get(), layout, executor);
   if (cloud.NumberOfHarmonics > 0)
   {
