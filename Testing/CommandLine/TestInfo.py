@@ -33,7 +33,7 @@ class TestInfo(ToolCase):
         self.assertEqual([field["meaning"] for field in report["fields"]], ["colours"])
         text = self.info("ball.ply")
         self.assertIn("3003 points", text)
-        self.assertIn("1 stray points, 1 duplicates (at the place of another point), 1 without finite "
+        self.assertIn("1 stray point, 1 duplicate (at the place of another point), 1 without finite "
                       "coordinates", text)
         self.assertRegex(text, r"bounds .* y 5333999.50\d* to 5334009.5, z ")
 

@@ -2,6 +2,7 @@
 """surfelsplatting.render: arrays to pictures, and its errors."""
 
 import doctest
+import os
 from pathlib import Path
 import sys
 import tempfile
@@ -224,6 +225,10 @@ class TestRender(unittest.TestCase):
                 write_png(picture, Path(folder) / "nowhere" / "picture.png")
             with self.assertRaisesRegex(IsADirectoryError, "Is a directory"):
                 write_png(picture, folder)
+            for path in (f"{folder}/a.bmp", Path(folder) / "a.JPG"):
+                with self.assertRaisesRegex(ValueError, "what is written is a PNG file; let its name end in"):
+                    write_png(picture, path)
+            self.assertEqual(os.listdir(folder), ["picture.png"])
         for is_array in (True, False):
             with self.assertRaisesRegex(TypeError, "path is None; give the name of a file"):
                 write_png(picture if is_array else vtkSurfelImageRenderer(), None)

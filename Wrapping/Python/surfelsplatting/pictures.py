@@ -139,6 +139,10 @@ def write_png(picture, path, linear_light=False):
     """
     if not isinstance(path, (str, os.PathLike)):
         raise TypeError(f"path is {path!r}; give the name of a file")
+    extension = os.path.splitext(path)[1]
+    if extension.lower() not in (".png", ""):
+        raise ValueError(f"{os.fspath(path)!r}: what is written is a PNG file; let its name end in .png "
+                         f"instead of {extension}")
     if not hasattr(picture, "IsA"):
         content = png_of_array(picture)
     else:

@@ -19,7 +19,7 @@ from ..views.samples import Samples
 from ..views.up import is_open
 from ..vtkarrays import to_numpy
 from ..vtkSurfelFilters import vtkPointCloudCleaning, vtkSurfelHierarchy
-from .session import Session
+from .session import Session, counted
 from .volume import classify
 
 NOISY = 0.05  # of the points; fewer are edges and corners
@@ -295,8 +295,9 @@ def _found_lines(report):
         yield "scans", (f"two: the last {found['joined'] + found['twin']} points are a second scan, "
                         f"which moves to the first; {found['twin']} of them fall on points of the "
                         "first and are left out")
-    yield "left out", (f"{found['stray']} stray points, {found['duplicate']} duplicates (at the place "
-                       f"of another point), {found['not_finite']} without finite coordinates")
+    yield "left out", (f"{counted(found['stray'], 'stray points')}, "
+                       f"{counted(found['duplicate'], 'duplicates')} (at the place of another point), "
+                       f"{found['not_finite']} without finite coordinates")
 
 
 def _gaussian_lines(report):
@@ -331,8 +332,9 @@ def _lines(report):
         yield from _volume_lines(report)
         return
     size = _size(report["bytes"])
-    what = "surfels with a hierarchy" if report["holds"] == "hierarchy" else report["holds"]
-    yield "file", f"{report['file']}, {size}, {report['points']} {what}"
+    is_tree = report["holds"] == "hierarchy"
+    held = counted(report["points"], "surfels" if is_tree else report["holds"])
+    yield "file", f"{report['file']}, {size}, {held}{' with a hierarchy' if is_tree else ''}"
     spacing = report["size" if "size" in report else "spacing"]
     yield "bounds", _bounds_text(report["bounds"], spacing)
     if _differ(report, spacing):

@@ -28,6 +28,11 @@ RENDER = "surfelsplat render "  # has --hierarchy, which other commands lack
 LONG = 5.0  # s to make surfels, from which on it is worth a hint that they can be kept
 
 
+def counted(count, things):
+    """'1 point', '2 points'; things: their plural, which ends in s"""
+    return f"{count} {things[:-1] if count == 1 else things}"
+
+
 class Session:
     """One run of a command: its messages, progress and statistics.
 
@@ -101,7 +106,7 @@ class Session:
         path = self.arguments.cloud
         with self.run.stage("read"):
             cloud = self.cloud()
-        self.say(f"{path}: {cloud.data.GetNumberOfPoints()} points"
+        self.say(f"{path}: {counted(cloud.data.GetNumberOfPoints(), 'points')}"
                  + (f"; {cloud.how}" if cloud.how else ""))
         if cloud.is_unsure and not self.arguments.verbose:
             self.note(cloud.how)
