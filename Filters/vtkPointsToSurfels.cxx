@@ -2,7 +2,7 @@
 #include "vtkPointsToSurfels.h"
 
 #include "Filters/Common/AvailableMemory.h"
-#include "Filters/Common/Multiversion.h"
+#include "Filters/Common/Intrinsics.h"
 #include "Filters/Common/NeighborGraph.h"
 #include "Filters/Common/ScanSensor.h"
 #include "Filters/Common/StageProgress.h"

@@ -3,8 +3,8 @@
 
 #include "Filters/Common/AvailableMemory.h"
 #include "Filters/Common/InputArrays.h"
+#include "Filters/Common/Intrinsics.h"
 #include "Filters/Common/LocalCloud.h"
-#include "Filters/Common/Multiversion.h"
 #include "Filters/Common/NeighborGraph.h"
 #include "Filters/Common/ParallelMedian.h"
 #include "Filters/Common/PointColors.h"

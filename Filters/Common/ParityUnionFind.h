@@ -4,7 +4,7 @@
  */
 #pragma once
 
-#include "Filters/Common/Multiversion.h"
+#include "Filters/Common/Intrinsics.h"
 
 #include <cstddef>
 #include <utility>

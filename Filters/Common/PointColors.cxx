@@ -2,7 +2,7 @@
 #include "Filters/Common/PointColors.h"
 
 #include "Core/Surfels/SurfelArrays.h"
-#include "Filters/Common/Multiversion.h"
+#include "Filters/Common/Intrinsics.h"
 #include "Filters/Common/SurfelOutput.h"
 
 #include "vtkFloatArray.h"

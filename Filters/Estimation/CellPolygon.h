@@ -5,7 +5,7 @@
  */
 #pragma once
 
-#include "Filters/Common/Multiversion.h"
+#include "Filters/Common/Intrinsics.h"
 #include "Filters/Common/VectorMath.h"
 
 #include <algorithm>

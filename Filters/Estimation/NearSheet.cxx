@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Estimation/NearSheet.h"
 
+#include "Core/Simd/Multiversion.h"
 #include "Filters/Common/LocalCloud.h"
-#include "Filters/Common/Multiversion.h"
 #include "Filters/Common/SurfaceFold.h"
 
 namespace SurfelGeometry

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Estimation/SurfaceHeights.h"
 
+#include "Core/Simd/Multiversion.h"
 #include "Filters/Common/LocalCloud.h"
-#include "Filters/Common/Multiversion.h"
 
 namespace SurfelGeometry
 {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Estimation/VoronoiCell.h"
 
+#include "Core/Simd/Multiversion.h"
 #include "Filters/Common/AngularGap.h"
 #include "Filters/Common/LocalCloud.h"
-#include "Filters/Common/Multiversion.h"
 #include "Filters/Common/NeighborSearch.h"
 #include "Filters/Common/SurfaceFold.h"
 #include "Filters/Estimation/CellPolygon.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Normalization/OwnerSheet.h"
 
-#include "Filters/Common/Multiversion.h"
+#include "Core/Simd/Multiversion.h"
 #include "Filters/Common/SurfaceFold.h"
 
 #include <algorithm>

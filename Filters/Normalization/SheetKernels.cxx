@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Normalization/SheetKernels.h"
 
-#include "Filters/Common/Multiversion.h"
+#include "Core/Simd/Multiversion.h"
 
 namespace SurfelGeometry
 {

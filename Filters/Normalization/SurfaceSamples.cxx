@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Normalization/SurfaceSamples.h"
 
+#include "Core/Simd/Multiversion.h"
 #include "Filters/Common/AngularGap.h"
 #include "Filters/Common/Hash.h"
+#include "Filters/Common/Intrinsics.h"
 #include "Filters/Common/LocalCloud.h"
 #include "Filters/Common/Median.h"
-#include "Filters/Common/Multiversion.h"
 #include "Filters/Common/NeighborGraph.h"
 #include "Filters/Common/NeighborSearch.h"
 #include "Filters/Normalization/OwnerSheet.h"

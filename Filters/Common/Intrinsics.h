@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * What depends on compiler and processor.
+ * Instructions of the processor: prefetching, and bits.
  */
 #pragma once
-
-#include "Core/Simd/Multiversion.h"
 
 #include <cstdint>
 
