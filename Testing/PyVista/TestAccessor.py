@@ -195,8 +195,8 @@ class TestAccessor(PlotterCase):
              lambda: self.cloud.surfels.plot(scalars="heat")),
             (TypeError, "surfels.plot has no argument 'point_size'; surfels have no point_size",
              lambda: self.cloud.surfels.plot(point_size=5)),
-            (TypeError, "surfels.plot has no argument 'show_axes'; a pyvista.Plotter",
-             lambda: self.cloud.surfels.plot(show_axes=True)),
+            (TypeError, "surfels.plot has no argument 'ssao'; a pyvista.Plotter",
+             lambda: self.cloud.surfels.plot(ssao=True)),
         ]
         for kind, text, call in cases:
             with self.subTest(text), self.assertRaisesRegex(kind, text), warnings.catch_warnings():
@@ -214,6 +214,20 @@ class TestAccessor(PlotterCase):
         middle, edge = (slice(85, 95), slice(110, 130)), (slice(85, 95), slice(40, 90))
         self.assertGreater(detail(blurred[middle]), 0.7 * detail(sharp[middle]))
         self.assertLess(detail(blurred[edge]), 0.7 * detail(sharp[edge]))
+
+    def test_arguments_of_pyvistas_plot(self):
+        """Each of them changes the picture."""
+        options = {"return_img": True, "screenshot": True, "window_size": (240, 180)}
+        plain = self.surfels.surfels.plot(show_axes=False, **options)
+        for more in ({"show_axes": True}, {"show_bounds": True}, {"text": "scan"}, {"zoom": 1.5}):
+            picture = self.surfels.surfels.plot(**{"show_axes": False, **more}, **options)
+            self.assertGreater(np.abs(picture.astype(int) - plain).max(), 50, more)
+        size = [(self.surfels.surfels.plot(zoom=zoom, **options) > 0).any(axis=2).mean()
+                for zoom in (1.0, 1.5)]
+        self.assertGreater(size[1], 1.5 * size[0])
+        for nothing in ({"show_bounds": False}, {"text": ""}, {"zoom": None}):
+            np.testing.assert_array_equal(
+                self.surfels.surfels.plot(**nothing, show_axes=False, **options), plain)
 
     def test_cells(self):
         """Still pictures are drawn through seven cells of the lens, unless others are wanted."""

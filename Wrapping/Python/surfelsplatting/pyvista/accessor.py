@@ -18,6 +18,11 @@ from .points import as_one, points_of, surfels_of
 PLOTTER_OPTIONS = ("notebook", "off_screen", "theme", "window_size")
 SHOW_OPTIONS = ("auto_close", "interactive", "jupyter_backend", "jupyter_kwargs", "return_cpos",
                 "return_img", "return_viewer", "screenshot", "title")
+# What pyvista.plot does for its arguments.
+SCENE_OPTIONS = {"show_axes": lambda pl, shown: pl.add_axes() if shown else pl.hide_axes(),
+                 "show_bounds": lambda pl, shown: pl.show_bounds() if shown else None,
+                 "text": lambda pl, text: pl.add_text(text) if text else None,
+                 "zoom": lambda pl, factor: None if factor is None else pl.camera.zoom(factor)}
 
 
 @pv.register_dataset_accessor("surfels", pv.MultiBlock)
@@ -167,8 +172,9 @@ class SurfelAccessor:
         **kwargs
             Keyword arguments of :class:`pyvista.Plotter` (``notebook``, ``off_screen``, ``theme``,
             ``window_size``), of :meth:`pyvista.Plotter.show` (``screenshot``, ``jupyter_backend``,
-            ``return_img``, ``return_cpos`` and others), and of ``plotter.surfels.add``
-            (``scalars``, ``cmap`` and others).
+            ``return_img``, ``return_cpos`` and others), of ``plotter.surfels.add`` (``scalars``,
+            ``cmap`` and others), and of :func:`pyvista.plot` ``show_axes``, ``show_bounds``,
+            ``text`` and ``zoom``.
 
         Returns
         -------
@@ -186,11 +192,12 @@ class SurfelAccessor:
         if cpos is not None and not isinstance(cpos, str):
             if not np.isfinite(np.asarray(list(cpos), dtype=float)).all():
                 raise ValueError(f"cpos is {cpos!r}; it must be finite")
-        check_names(kwargs, {*ADD_NAMES, *PLOTTER_OPTIONS, *SHOW_OPTIONS}, "surfels.plot",
+        check_names(kwargs, {*ADD_NAMES, *PLOTTER_OPTIONS, *SHOW_OPTIONS, *SCENE_OPTIONS}, "surfels.plot",
                     "a pyvista.Plotter has what else there is, with pl.surfels.add and pl.surfels.lens",
                     ELSEWHERE)
         plotter_options = {name: kwargs.pop(name) for name in PLOTTER_OPTIONS if name in kwargs}
         show_options = {name: kwargs.pop(name) for name in SHOW_OPTIONS if name in kwargs}
+        scene_options = {name: kwargs.pop(name) for name in SCENE_OPTIONS if name in kwargs}
         if plotter_options.get("window_size") is not None:
             checked_size(plotter_options["window_size"], "window_size")
         pl = pv.Plotter(**plotter_options)
@@ -202,6 +209,8 @@ class SurfelAccessor:
             pl.surfels.add(self._dataset, **kwargs)
             if cpos is not None:
                 pl.camera_position = cpos
+            for name, value in scene_options.items():
+                SCENE_OPTIONS[name](pl, value)
             if coc is not None:
                 pl.surfels.lens(coc=coc, focus=focus)
             return pl.show(**show_options)
