@@ -12,10 +12,10 @@ from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
 from renderers import view_camera
-from surfelsplatting.vtkarrays import named_array
+from surfelsplatting.shapes.samples import Samples
 from surfelsplatting.views.cameras import View
 from surfelsplatting.views.framing import complete_view, surface_in_the_middle
-from surfelsplatting.views.samples import Samples
+from surfelsplatting.vtkarrays import named_array
 from surfelsplatting.vtkSurfelFilters import vtkSurfelEstimation, vtkSurfelNormalization
 from surfelsplatting.vtkSurfelReaders import vtkPointCloudReader
 

@@ -1,12 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Bad input: one line that says what is wrong, exit code 2, nothing written."""
 
-import contextlib
 import glob
 import importlib.util
 import json
 import os
-import resource
 import subprocess
 import sys
 import tempfile

@@ -12,11 +12,11 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData
 
 from surfelsplatting.commandline.commands import parse_arguments
 from surfelsplatting.problems import UserProblem
+from surfelsplatting.shapes.samples import Samples
+from surfelsplatting.shapes.sensor import keep_sensor
+from surfelsplatting.shapes.up import floor_normal
 from surfelsplatting.views.cameras import View, Wishes, asked_view, read_view
 from surfelsplatting.views.framing import complete_view
-from surfelsplatting.views.samples import Samples
-from surfelsplatting.views.sensor import keep_sensor
-from surfelsplatting.views.up import floor_normal
 from surfelsplatting.views.vtkcamera import make_camera
 from toolcase import ToolCase, sphere, write
 from viewclouds import on_screen, surfels_of

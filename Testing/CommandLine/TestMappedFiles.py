@@ -16,8 +16,8 @@ from vtkmodules.vtkRenderingCore import vtkActor, vtkCamera
 from surfelsplatting import (vtkSurfelHierarchy, vtkSurfelHierarchyReader, vtkSurfelHierarchyWriter,
                              vtkSurfelImageRenderer, vtkSurfelMapper)
 from surfelsplatting.commandline.outputs import write_polydata
+from surfelsplatting.shapes.samples import SAMPLES, Samples
 from surfelsplatting.vtkarrays import named_array
-from surfelsplatting.views.samples import SAMPLES, Samples
 from surfelsplatting.vtkmessages import errors_of
 from toolcase import (SMALL, ToolCase, arrays_of, content_of, places_of, read_json, sphere, write,
                       small_files, write_ply)

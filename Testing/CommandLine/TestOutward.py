@@ -13,7 +13,7 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from roomclouds import room
 from surfelsplatting.clouds.polydata import cells_of, polydata_of
 from surfelsplatting.clouds.reading import Cloud, cloud_of
-from surfelsplatting.views.outward import turn_outward
+from surfelsplatting.shapes.outward import turn_outward
 from TestMeshFaces import BOX, TRIANGLES, ball, write_stl
 from toolcase import ToolCase, arrays_of, fewer_on_faces, places_of, sphere, write_ply
 
@@ -196,7 +196,7 @@ class TestOutward(ToolCase):
         normals[::7] = 0
         points[::11] = np.nan
         wanted = np.isfinite(points).all(axis=1) & normals.any(axis=1)
-        with mock.patch("surfelsplatting.views.outward.MOST_POINTS", 1500):
+        with mock.patch("surfelsplatting.shapes.outward.MOST_POINTS", 1500):
             self.check_points(points, normals, wanted)
 
     def test_points_of_rooms(self):

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from surfelsplatting.views import rooms
+from surfelsplatting.shapes import rooms, surfaces
 
 from roomclouds import CEILING, CUPBOARD, FLOOR, WALLS, room
 from toolcase import ToolCase, read_json, write_ply
@@ -24,7 +24,7 @@ class TestLimits(unittest.TestCase):
         text = "".join((ORIENTATION / name).read_text(encoding="utf-8")
                        for name in ("Rooms.cxx", "OutsideDecision.h"))
         found = {name: float(value) for name, value in re.findall(r"\b(\w+) = ([\d.]+)[,;]", text)}
-        low, high = rooms.BULK
+        low, high = surfaces.BULK
         for name, limit in (("WallCosine", rooms.WALL), ("LevelCosine", rooms.LEVEL),
                             ("EndPart", rooms.END), ("LowPercentile", low / 100),
                             ("HighPercentile", high / 100), ("MinLevel", rooms.LEAST),

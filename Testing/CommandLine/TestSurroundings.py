@@ -8,11 +8,12 @@ import numpy as np
 
 from captures import Gaussians, furry_ball, joined, of_surface, torus, write_ply
 from surfelsplatting.clouds.polydata import polydata_of
-from surfelsplatting.vtkarrays import named_array
 from surfelsplatting.clouds.reading import Cloud
+from surfelsplatting.shapes.samples import Samples
 from surfelsplatting.views.cameras import View
-from surfelsplatting.views.framing import Samples, complete_view, home_in
+from surfelsplatting.views.framing import complete_view, home_in
 from surfelsplatting.views.surroundings import scene_view
+from surfelsplatting.vtkarrays import named_array
 from toolcase import ToolCase, sphere
 
 # Turns about x, degrees: z is up, or -y as in the axes of COLMAP, or the camera was tilted.

@@ -10,11 +10,11 @@ import numpy as np
 
 from surfelsplatting.clouds.polydata import polydata_of
 from surfelsplatting.clouds.reading import Cloud
+from surfelsplatting.shapes.samples import Samples
+from surfelsplatting.shapes.up import find_up
 from surfelsplatting.surfels import make_surfels, note_model, note_up
 from surfelsplatting.views.cameras import View
 from surfelsplatting.views.framing import complete_view
-from surfelsplatting.views.samples import Samples
-from surfelsplatting.views.up import find_up
 from TestMeshFaces import write_obj
 from TestOutward import joined, table
 from roomclouds import FLOOR, WALLS, Scan, facade, room

@@ -75,10 +75,10 @@ class Rooms(unittest.TestCase):
 
     def test_cycle_of_python_folders(self):
         package = "Wrapping/Python/surfelsplatting"
-        self.put(f"{package}/clouds/upward.py", "import surfelsplatting.views.up")
+        self.put(f"{package}/clouds/upward.py", "import surfelsplatting.shapes.up")
         cycle = next(text for text in self.new_problems()
                      if text.startswith("a cycle between folders"))
-        self.assertIn(f"{package}/clouds/upward.py:1 imports {package}/views/up.py", cycle)
+        self.assertIn(f"{package}/clouds/upward.py:1 imports {package}/shapes/up.py", cycle)
 
     def test_cycle_between_folders_alone(self):
         self.put("Core/Simd/Lower.h")

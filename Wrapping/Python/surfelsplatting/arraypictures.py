@@ -13,18 +13,18 @@ import numpy as np
 
 from .arraypoints import SCALARS, add_scalars, polydata_of_arrays
 from .backend import vtk
-from .views.cameras import View, check_view
 from .clouds.reading import Cloud
 from .colormaps import color_by
-from .views.precision import warn_of_steps
-from .views.focus import focused_on_front
-from .views.framing import complete_view
-from .views.vtkcamera import make_camera
-from .problems import UserProblem, check_names
 from .lens import Lens, focus_on_point
 from .lighting import BACKDROP, LIGHT_GREY, needs_light, set_lights
 from .pictures import rgb_bytes, straight_bytes
+from .problems import UserProblem, check_names
+from .shapes.precision import warn_of_steps
 from .surfels import finite_triple, make_surfels, needs_hierarchy, number_in, update
+from .views.cameras import View, check_view
+from .views.focus import focused_on_front
+from .views.framing import complete_view
+from .views.vtkcamera import make_camera
 from .vtkSurfelRendering import vtkSurfelImageRenderer, vtkSurfelMapper
 
 if TYPE_CHECKING:

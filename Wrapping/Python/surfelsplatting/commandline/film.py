@@ -8,19 +8,19 @@ from dataclasses import replace
 
 from ..pictures import png_bytes
 from ..problems import UserProblem
+from ..shapes.samples import Samples
+from ..shapes.sensor import sensor_of
 from ..version import __version__
 from ..views.cameras import asked_view, camera_files, overridden, read_views
 from ..views.filming import focused_in_the_middle, whole_turn
 from ..views.focus import ends_of, focused_on_front, has_focus, settle_focus, sharp_depths
 from ..views.framing import complete_view, home_in, is_from_sensor, up_in
 from ..views.paths import check_views, focus_pull, through, turntable
-from ..views.samples import Samples
-from ..views.sensor import sensor_of
 from ..views.trained import files_of
 from ..views.vtkcamera import make_camera, set_lens
-from .noeffect import without_effect
 from .frames import Frames
 from .movie import MOVIES, find_ffmpeg, write_movie
+from .noeffect import without_effect
 from .outputs import check_distinct, check_output
 from .render import warn_of_backs
 from .scene import backdrop_of, make_renderer

@@ -11,12 +11,13 @@ from ..clouds.reading import Cloud, is_hierarchy
 from ..clouds.sogfiles import bytes_of
 from ..clouds.stations import TO_SCANNER, scanners_of
 from ..clouds.volumes import scalar_names
+from ..shapes.rooms import is_room, may_be_room
+from ..shapes.samples import Samples
+from ..shapes.up import is_open
 from ..surfels import find_scanners, note_scan
 from ..views.cameras import View
 from ..views.framing import home_in, up_in
-from ..views.rooms import is_room, may_be_room, options_inside
-from ..views.samples import Samples
-from ..views.up import is_open
+from ..views.inside import options_inside
 from ..vtkarrays import to_numpy
 from ..vtkSurfelFilters import vtkPointCloudCleaning, vtkSurfelHierarchy
 from .session import Session, counted

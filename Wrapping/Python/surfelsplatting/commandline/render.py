@@ -5,6 +5,8 @@ import math
 
 from ..clouds.reading import is_hierarchy
 from ..problems import UserProblem
+from ..shapes.samples import Samples
+from ..shapes.sensor import sensor_of
 from ..surfels import needs_hierarchy
 from ..views.cameras import asked_view, camera_files
 from ..views.faint import why_faint
@@ -12,8 +14,6 @@ from ..views.focus import (blur_at, depths_of, distance_in_focus, ends_of, focus
                            settle_focus, sharp_depths)
 from ..views.framing import complete_view, extent_of, is_from_sensor, share_facing_away
 from ..views.homes import home_of
-from ..views.samples import Samples
-from ..views.sensor import sensor_of
 from ..views.trained import files_of
 from .arguments import PICTURES
 from .noeffect import without_effect

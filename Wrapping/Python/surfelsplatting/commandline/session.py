@@ -12,14 +12,14 @@ from ..clouds.several import read_clouds
 from ..clouds.stations import TO_SCANNER
 from ..clouds.thinning import may_be_thinned, one_of
 from ..colormaps import check_scalars, with_scalars
-from ..views.precision import why_stepped
-from ..views.outward import turn_outward
-from ..views.sensor import keep_sensor
+from ..shapes.outward import turn_outward
+from ..shapes.precision import why_stepped
+from ..shapes.sensor import keep_sensor
 from ..vtkmessages import VtkMessages
-from .noeffect import mixes_as_stored, without_effect_on
 from .estimation import check_memory, make_hierarchy, make_surfels, without_unused_arrays
 from .interrupts import Interrupts
 from .memory import reuse_memory
+from .noeffect import mixes_as_stored, without_effect_on
 from .progress import Progress
 from .runstatistics import RunStatistics
 from .volume import splat_volume, take_scalars

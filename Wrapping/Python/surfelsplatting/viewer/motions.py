@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..views.turning import rotated, unit
+from ..shapes.directions import rotated, unit
 
 TURN = math.pi  # radians that the height of the picture turns
 STEEPEST = math.radians(1)  # the nearest that the camera comes to the vertical

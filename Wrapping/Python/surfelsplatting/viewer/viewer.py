@@ -6,17 +6,15 @@ import math
 import os
 from dataclasses import replace
 
-import numpy as np
-
 from ..colormaps import scalar_names
 from ..lighting import set_lights
 from ..problems import UserProblem
+from ..shapes.samples import ENOUGH, Samples
 from ..surfels import holds_gaussians
 from ..views.cameras import STILL_CELLS
 from ..views.focus import (distance_in_focus, focused_on_front, largest_blur, point_at_pixel,
                            settle_focus)
 from ..views.framing import complete_view
-from ..views.samples import ENOUGH, Samples
 from ..views.vtkcamera import make_camera, set_camera, set_lens
 from ..vtkSurfelRendering import vtkSurfelImageRenderer
 from . import motions

@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..shapes.directions import unit
+from ..shapes.samples import Samples
 from .focus import fronts_of
 from .framing import fit
 from .paths import turntable
-from .samples import Samples
-from .turning import unit
 
 RINGS, RING_POINTS = 64, 64
 BULK = 98  # percent of the samples, by their distance from the axis, that a turn shows all the time

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 
 from ..problems import UserProblem
+from ..shapes.directions import unit
 from ..vtkarrays import to_numpy
 from ..vtkmessages import errors_of
 from .cameras import LARGEST_BLUR, Wishes, dot, subtract
 from .framing import FRONT, MIDDLE
-from .turning import unit
 from .vtkcamera import make_camera, set_lens
 
 SMALL = 120  # px, height of a picture that shows what is in the middle

@@ -6,13 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..shapes.directions import lengths, rotated, unit
+from ..shapes.rooms import may_be_room
+from ..shapes.samples import Samples
+from ..shapes.sensor import sensor_of
+from ..shapes.up import Up, find_up, floor_normal, is_open
 from .cameras import DEFAULT_ANGLE, Wishes, are_parallel, check_view, focal_length_of_angle
 from .homes import home_of
-from .rooms import may_be_room, name_of, options_inside
-from .samples import Samples
-from .sensor import sensor_of
-from .turning import front_of, lengths, rotated, seen_from, turned, unit
-from .up import Up, find_up, floor_normal, is_open
+from .inside import name_of, options_inside
+from .turning import front_of, seen_from, turned
 
 MARGIN = 0.92  # the fraction of the picture that the cloud fills
 AZIMUTH = math.radians(30)

@@ -9,11 +9,12 @@ from typing import NamedTuple, Tuple
 import numpy as np
 
 from ..problems import UserProblem
+from ..shapes.directions import unit
+from ..shapes.up import Up
 from .cameras import are_parallel
 from .surroundings import scene_view
 from .trained import cameras_file, cameras_in, is_trained, load_json, pivot_of
-from .turning import front_of, unit
-from .up import Up
+from .turning import front_of
 
 UPRIGHT = 0.5  # length of the mean of unit vectors up, below which they do not agree
 SEEN = 0.02  # part of the Gaussians that a camera sees, of a file that belongs to the capture

@@ -8,9 +8,9 @@ import numpy as np
 
 from ..backend import vtk
 from ..problems import UserProblem
+from ..shapes.directions import rotated, unit
 from .cameras import check_view
 from .focus import distance_in_focus
-from .turning import rotated, unit
 
 
 def turntable(view, pivot, axis, frames, degrees=360.0):

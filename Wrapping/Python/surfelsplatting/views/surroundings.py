@@ -8,9 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .samples import ENOUGH
-from .turning import front_of, rotated, unit
-from .up import EVEN, FLOOR, find_up
+from ..shapes.directions import rotated, unit
+from ..shapes.samples import ENOUGH
+from ..shapes.up import EVEN, FLOOR, find_up
+from .turning import front_of
 
 OPAQUE = 0.1  # opacity of Gaussians that count for where the subject is
 CELLS = 400  # of all directions

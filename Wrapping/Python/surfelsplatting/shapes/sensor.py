@@ -8,7 +8,7 @@ from typing import Optional
 import numpy as np
 
 from ..vtkarrays import named_array, to_numpy
-from .turning import unit
+from .directions import unit
 
 # Field arrays, one for each value of Sensor; see DataContract.md.
 ARRAYS = ("ScanSensorPlace", "ScanSensorDirection", "ScanSensorUp", "ScanSensorSpread")

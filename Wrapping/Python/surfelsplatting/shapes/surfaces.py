@@ -5,7 +5,7 @@ from functools import cached_property, wraps
 
 import numpy as np
 
-from .turning import lengths
+from .directions import lengths
 
 BULK = (0.5, 99.5)  # percent of the heights
 

@@ -5,9 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .cameras import AXES
-from .surfaces import BULK, heights_along
-from .turning import lengths
+from .surfaces import heights_along
 
 # As in Filters/Orientation/Rooms.cxx, which turns the walls of rooms inward: a surface that is a room
 # there must be one here.
@@ -21,11 +19,6 @@ HEIGHTS = 1.8, 12.0  # of rooms, in metres or feet
 ONE_SIDED = 0.7  # least part of a room's area
 TOPS, CLEAR = 0.01, 2.0  # least part of the area, and how many times as much as along another axis
 FLAT = 0.7  # height over width below which it is no width
-FEW = 4000  # points, of which the place inside is found
-ROOMY = 0.8  # part of the largest space around a place that is enough
-STEPS = 9  # places tried along each axis
-EYES = 0.6  # of the height
-WIDE = 75  # degrees, the view angle of a picture from inside
 
 
 class Profile(NamedTuple):
@@ -93,39 +86,3 @@ def height_axis(samples):
             return (1 if y > z else 2), True
     x, y, z = samples.extent
     return (1 if y < FLAT * min(x, z) else 2), bool(min(y, z) < FLAT * min(x, max(y, z)))
-
-
-def name_of(axis):
-    """The word for one of cameras.AXES, or None"""
-    return next((word for word, vector in AXES.items() if vector == tuple(axis)), None)
-
-
-def options_inside(samples, up):
-    """-> options for a view into what is a room, or may be one: from where there is much space, as far
-    as possible from the middle, at which it looks."""
-    place = " ".join(f"{x:.10g}" for x in np.round(_place_inside(samples, up), 2))
-    options = [f"--position {place} --view-angle {WIDE}"]
-    if not is_room(samples) and samples.two_sided.mean() < 0.5:
-        options.insert(0, "--sides two")
-    if not is_room(samples) and name_of(up):
-        options.insert(0, f"--up {name_of(up)}")
-    return " ".join(options)
-
-
-def _place_inside(samples, up):
-    points = samples.points[::max(1, len(samples.points) // FEW)]
-    low, high = np.percentile(points, BULK, axis=0)
-    steps = [low[i] + (high[i] - low[i]) * (np.arange(STEPS) + 0.5) / STEPS for i in range(3)]
-    axis = int(np.argmax(np.abs(up)))
-    eyes = EYES if up[axis] > 0 else 1 - EYES
-    steps[axis] = low[axis:axis + 1] + eyes * (high - low)[axis]
-    places = np.stack(np.meshgrid(*steps, indexing="ij"), axis=-1).reshape(-1, 3)
-    spaces = np.array([_space_around(points - place) for place in places])
-    wide = places[spaces >= ROOMY * spaces.max()]
-    return wide[int(np.argmax(lengths(wide - samples.center)))]
-
-
-def _space_around(rays):
-    """-> the distance to the nearest point; 0 unless there are points in all eight octants"""
-    octants = np.bincount((rays > 0) @ (1, 2, 4), minlength=8)
-    return lengths(rays).min() if octants.min() > 0 else 0.0

@@ -9,9 +9,9 @@ import numpy as np
 from ..problems import UserProblem
 from ..surfels import is_model
 from ..vtkarrays import to_numpy
+from .directions import lengths
 from .rooms import facing_of, profile_of
 from .surfaces import Surface
-from .turning import lengths
 
 FAR = 4.0  # x and y over the diagonal of a cloud that is far from the origin
 LARGEST_CLOUD = 1e15  # the camera is farther away, and squares must stay in float's range

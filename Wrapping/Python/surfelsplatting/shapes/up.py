@@ -9,10 +9,10 @@ import numpy as np
 from ..clouds.polydata import polydata_of
 from ..surfels import make_surfels
 from ..vtkarrays import to_numpy
+from .directions import unit
 from .rooms import height_axis, is_room, may_be_room
 from .samples import ENOUGH
 from .surfaces import Surface, found_once, heights_along
-from .turning import unit
 
 FLAT, LEAN = 0.35, 0.6  # thickness over width below which a cloud is a terrain; and of figures
 SLENDER, TALL, ROUND = 3.0, 1.5, 2.0  # height over width of masts, of trees; width over depth
