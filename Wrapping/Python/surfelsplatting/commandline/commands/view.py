@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""surfelsplat view: its options."""
+"""surfelsplat view: its options, and a window."""
 
 from ..options import (add_camera_options, add_clouds, add_lens_options, add_look_options,
                        add_run_options, check_options)
@@ -38,6 +38,9 @@ def add_parser(commands):
 
 
 def run(arguments):
-    from ..view import view
+    from ...viewer.window import Window, check_display
+    from ..scan import Scan
 
-    view(arguments)
+    check_display()
+    scan = Scan(arguments)
+    Window(scan.viewer, scan.start_estimation(), scan.say).run()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""surfelsplat web: its options."""
+"""surfelsplat web: its options, and a page."""
 
 from ..arguments import between
 from ..options import add_clouds
@@ -38,6 +38,9 @@ def add_parser(commands):
 
 
 def run(arguments):
-    from ..web import web
+    from ...viewer.web import Page, check_packages
+    from ..scan import Scan
 
-    web(arguments)
+    check_packages()
+    scan = Scan(arguments)
+    Page(scan.viewer, scan.start_estimation(), arguments, scan.say).run()
