@@ -3,8 +3,8 @@
 
 #include "Filters/Cleaning/CleaningProblem.h"
 #include "Filters/Cleaning/ColorVote.h"
+#include "Filters/Cleaning/FoldFit.h"
 #include "Filters/Cleaning/LocalQuadric.h"
-#include "Filters/Cleaning/RoofFit.h"
 #include "Filters/Common/Median.h"
 #include "Filters/Common/MortonGrid.h"
 #include "Filters/Common/NeighborSearch.h"
@@ -70,22 +70,22 @@ constexpr double LargestMisfit = 4.0;
 
 /// Folds need more points than quadrics to be seen in noise; beyond this noise, in spacings, more
 /// than MostNeighbors.
-constexpr double RoofNeighbors = 2.5;
-constexpr int LeastRoofNeighbors = 64;
-constexpr double LargestRoofNoise = 1.6;
-constexpr int MostRoofNeighbors = 400;
+constexpr double FoldNeighbors = 2.5;
+constexpr int LeastFoldNeighbors = 64;
+constexpr double LargestFoldNoise = 1.6;
+constexpr int MostFoldNeighbors = 400;
 
 /// No fold is where the slope of the quadric changes less (at one of 30 degrees, without noise and
 /// in the middle of the points, by 0.55).
 constexpr double LeastBend = 0.4;
 
-/// The variance about a roof is that of the noise, which the quadric of the smoothing knows. About
+/// The variance about a fold is that of the noise, which the quadric of the smoothing knows. About
 /// tubes and leaves it is larger: so most of these are known before a quadric is fitted to as many
 /// points. (With 1.5 some of the points near corners of boxes are lost.)
-constexpr double RoofVariance = 3.0;
+constexpr double FoldVariance = 3.0;
 
-/// A roof is better than the quadric through its points if it has so much of its squares.
-constexpr double RoofShare = 0.85;
+/// A fold is better than the quadric through its points if it has so much of its squares.
+constexpr double FoldShare = 0.85;
 
 Vector3 ColorOf(const CloudColors& colors, int i)
 {
@@ -325,10 +325,10 @@ public:
           }
           const bool isShape = deviation > LargestMisfit * noise.Deviation * SpacingOf(fit.All);
           smooth.Shifts[i] = isShape ? Vector3{} : ShiftOf(fit, deviation);
-          if (noise.Deviation < LargestRoofNoise && fit.Quadric.Bend() > LeastBend &&
-            this->FitRoof(i, fit))
+          if (noise.Deviation < LargestFoldNoise && fit.Quadric.Bend() > LeastBend &&
+            this->FitFold(i, fit))
           {
-            smooth.Shifts[i] = fit.ToRoof;
+            smooth.Shifts[i] = fit.ToFold;
           }
           if (noise.Displacement > 0.0f)
           {
@@ -350,8 +350,8 @@ private:
   {
     Neighbors All, Nearest, Wide;
     LocalQuadric Quadric, Near;
-    RoofFit Roof;
-    Vector3 ToRoof; // from the point
+    FoldFit Fold;
+    Vector3 ToFold; // from the point
   };
 
   static int NeighborsFor(double deviation)
@@ -373,29 +373,29 @@ private:
 
   /// Whether a fold is nearer to the points about point i than any quadric. A fold beyond the
   /// neighbours of the smoothing is none: the two planes are those of two things, such as leaves.
-  bool FitRoof(int i, PointFit& fit) const
+  bool FitFold(int i, PointFit& fit) const
   {
-    const int count = static_cast<int>(RoofNeighbors * fit.All.Count());
-    this->Tree.FindNearest(i, std::clamp(count, LeastRoofNeighbors, MostRoofNeighbors), fit.Wide);
+    const int count = static_cast<int>(FoldNeighbors * fit.All.Count());
+    this->Tree.FindNearest(i, std::clamp(count, LeastFoldNeighbors, MostFoldNeighbors), fit.Wide);
     fit.Near.Load(this->Cloud, i, fit.Wide);
     const QuadricCloud& points = fit.Near.Points();
     const int nearest = fit.All.Count() + 1;
     const double squares = fit.Quadric.UnbiasedSquares();
-    const double most = RoofVariance * squares * static_cast<double>(points.size()) / nearest;
-    if (!fit.Roof.MayFit(points, fit.Quadric, most))
+    const double most = FoldVariance * squares * static_cast<double>(points.size()) / nearest;
+    if (!fit.Fold.MayFit(points, fit.Quadric, most))
     {
       return false;
     }
     fit.Near.Fit(fit.Wide);
-    if (!fit.Near.IsValid() || !fit.Roof.Fit(fit.Near, RoofShare * fit.Near.Squares()) ||
-      fit.Roof.SquaresOf(points, nearest) >= squares ||
-      fit.Roof.FoldDistance() > std::sqrt(fit.All.SquaredDistances.back()) ||
-      fit.Roof.IsRounded(points, SpacingOf(fit.Wide)))
+    if (!fit.Near.IsValid() || !fit.Fold.Fit(fit.Near, FoldShare * fit.Near.Squares()) ||
+      fit.Fold.SquaresOf(points, nearest) >= squares ||
+      fit.Fold.FoldDistance() > std::sqrt(fit.All.SquaredDistances.back()) ||
+      fit.Fold.IsRounded(points, SpacingOf(fit.Wide)))
     {
       return false;
     }
-    fit.ToRoof = fit.Roof.Shift();
-    return IsNear(fit.ToRoof, fit.Roof.Deviation(points));
+    fit.ToFold = fit.Fold.Shift();
+    return IsNear(fit.ToFold, fit.Fold.Deviation(points));
   }
 
   SampleFit MeasureAt(int i, PointFit& fit) const

@@ -7,7 +7,7 @@
  * are thin, and where they cross. In noise it fits nowhere. So a part of the cloud is noisy if the
  * fit is bad at nearly all of its points. Two sheets near each other, whose residuals have two
  * values, may be a leaf or two scans of one surface. They become one sheet only if they have the
- * same colours. Folds between planes stay sharp (RoofFit.h). Colours of noisy points get into their
+ * same colours. Folds between planes stay sharp (FoldFit.h). Colours of noisy points get into their
  * places by a vote (ColorVote.h).
  *
  * Foliage is as rough as noise, but on every scale: the more neighbours, the larger the residuals.

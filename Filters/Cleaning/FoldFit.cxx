@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "Filters/Cleaning/RoofFit.h"
+#include "Filters/Cleaning/FoldFit.h"
 
 #include "Core/Simd/Multiversion.h"
 
@@ -23,13 +23,13 @@ constexpr double LeastShare = 0.1;
 /// sheet of noise cut along its middle.
 constexpr double LargestCosine = 0.87, LeastCosine = -0.6;
 
-/// Each point joins the side on which it is, so many times; a roof that has as many squares as this
+/// Each point joins the side on which it is, so many times; a fold that has as many squares as this
 /// times what is wanted will not come below it.
 constexpr int Rounds = 4;
 constexpr double Hopeless = 1.15;
 
 /// Points at the fold are no farther below both planes than so many deviations. Those of a rounded
-/// edge are below the roof by so much of the deviation in the mean; those of a sharp one, with
+/// edge are below them by so much of the deviation in the mean; those of a sharp one, with
 /// noise, above.
 constexpr double FoldReach = 2.0, RoundedShare = 0.2;
 
@@ -104,7 +104,7 @@ SURFEL_MULTIVERSION void FindWays(
 /// @param heights [count] over the higher of the two planes
 /// @param leads [count] of the first plane over the second
 SURFEL_MULTIVERSION void FindHeights(const float* __restrict points, int count,
-  const RoofPlane planes[2], double* __restrict heights, float* __restrict leads)
+  const FoldPlane planes[2], double* __restrict heights, float* __restrict leads)
 {
   const auto [a, atA] = planes[0];
   const auto [b, atB] = planes[1];
@@ -144,7 +144,7 @@ void PlaneMoments::Add(const PlaneMoments& other, double weight)
   this->ZZ += weight * other.ZZ;
 }
 
-bool RoofFit::MayFit(const QuadricCloud& points, const LocalQuadric& middle, double most)
+bool FoldFit::MayFit(const QuadricCloud& points, const LocalQuadric& middle, double most)
 {
   this->Resize(points.size());
   PlaneMoments sides[2];
@@ -152,7 +152,7 @@ bool RoofFit::MayFit(const QuadricCloud& points, const LocalQuadric& middle, dou
     this->SplitAcross(points, middle.PlaneNormal(), sides) < Hopeless * most;
 }
 
-bool RoofFit::Fit(const LocalQuadric& quadric, double most)
+bool FoldFit::Fit(const LocalQuadric& quadric, double most)
 {
   const QuadricCloud& points = quadric.Points();
   this->Resize(points.size());
@@ -163,38 +163,38 @@ bool RoofFit::Fit(const LocalQuadric& quadric, double most)
   return this->Best.Squares < most;
 }
 
-void RoofFit::Resize(size_t points)
+void FoldFit::Resize(size_t points)
 {
   this->Ways.resize(points);
   this->Heights.resize(points);
   this->Side.resize(points);
 }
 
-void RoofFit::TryAcross(const QuadricCloud& points, const Vector3& way)
+void FoldFit::TryAcross(const QuadricCloud& points, const Vector3& way)
 {
   PlaneMoments sides[2];
-  Roof roof;
-  roof.Squares = this->SplitAcross(points, way, sides);
+  Fold fold;
+  fold.Squares = this->SplitAcross(points, way, sides);
   bool isChanged = true;
   for (int round = 0; isChanged && round < Rounds; ++round)
   {
     const bool areMany =
       std::min(sides[0].Count, sides[1].Count) >= LeastShare * static_cast<double>(points.size());
-    if (!areMany || roof.Squares > Hopeless * this->Best.Squares)
+    if (!areMany || fold.Squares > Hopeless * this->Best.Squares)
     {
       return;
     }
-    isChanged = this->Assign(points, roof, sides);
-    const double cosine = Dot(roof.Sides[0].Normal, roof.Sides[1].Normal);
-    if (cosine > LeastCosine && cosine < LargestCosine && roof.Squares < this->Best.Squares)
+    isChanged = this->Assign(points, fold, sides);
+    const double cosine = Dot(fold.Sides[0].Normal, fold.Sides[1].Normal);
+    if (cosine > LeastCosine && cosine < LargestCosine && fold.Squares < this->Best.Squares)
     {
-      this->Best = roof;
+      this->Best = fold;
     }
   }
 }
 
 /// Parts the points across the fold, where two planes are nearest to them. Returns their squares.
-double RoofFit::SplitAcross(const QuadricCloud& points, const Vector3& way, PlaneMoments sides[2])
+double FoldFit::SplitAcross(const QuadricCloud& points, const Vector3& way, PlaneMoments sides[2])
 {
   FindWays(points[0].data, static_cast<int>(points.size()), way, this->Ways.data());
   const auto [least, most] = std::minmax_element(this->Ways.begin(), this->Ways.end());
@@ -241,7 +241,7 @@ double RoofFit::SplitAcross(const QuadricCloud& points, const Vector3& way, Plan
 
 /// The plane of each side, with its normal away from the other side; then each point to the side on
 /// which it is. Returns whether one has changed.
-bool RoofFit::Assign(const QuadricCloud& points, Roof& roof, PlaneMoments sides[2])
+bool FoldFit::Assign(const QuadricCloud& points, Fold& fold, PlaneMoments sides[2])
 {
   const Vector3 way = MeanOf(sides[1]) - MeanOf(sides[0]);
   for (int s = 0; s < 2; ++s)
@@ -249,9 +249,9 @@ bool RoofFit::Assign(const QuadricCloud& points, Roof& roof, PlaneMoments sides[
     const Vector3 normal = NormalOf(sides[s]);
     const double toOther = (s == 0 ? 1.0 : -1.0) * Dot(normal, way);
     const Vector3 away = std::copysign(1.0, -toOther) * normal;
-    roof.Sides[s] = { away, -Dot(away, MeanOf(sides[s])) };
+    fold.Sides[s] = { away, -Dot(away, MeanOf(sides[s])) };
   }
-  FindHeights(points[0].data, static_cast<int>(points.size()), roof.Sides, this->Heights.data(),
+  FindHeights(points[0].data, static_cast<int>(points.size()), fold.Sides, this->Heights.data(),
     this->Ways.data());
   double squares = 0.0;
   bool isChanged = false;
@@ -268,22 +268,22 @@ bool RoofFit::Assign(const QuadricCloud& points, Roof& roof, PlaneMoments sides[
       isChanged = true;
     }
   }
-  roof.Squares = squares;
+  fold.Squares = squares;
   return isChanged;
 }
 
-double RoofFit::Roof::Height(const Vector3& p) const
+double FoldFit::Fold::Height(const Vector3& p) const
 {
   const auto& [a, b] = this->Sides;
   return std::max(Dot(a.Normal, p) + a.Height, Dot(b.Normal, p) + b.Height);
 }
 
-double RoofFit::Deviation(const QuadricCloud& points) const
+double FoldFit::Deviation(const QuadricCloud& points) const
 {
   return std::sqrt(this->Best.Squares / static_cast<double>(points.size()));
 }
 
-double RoofFit::SquaresOf(const QuadricCloud& points, int count) const
+double FoldFit::SquaresOf(const QuadricCloud& points, int count) const
 {
   return std::accumulate(
     points.begin(), points.begin() + count, 0.0, [this](double sum, const QuadricPoint& p) {
@@ -292,7 +292,7 @@ double RoofFit::SquaresOf(const QuadricCloud& points, int count) const
     });
 }
 
-bool RoofFit::IsRounded(const QuadricCloud& points, double spacing) const
+bool FoldFit::IsRounded(const QuadricCloud& points, double spacing) const
 {
   const auto& [a, b] = this->Best.Sides;
   const double deviation = this->Deviation(points);
@@ -309,7 +309,7 @@ bool RoofFit::IsRounded(const QuadricCloud& points, double spacing) const
   return sum < -RoundedShare * deviation * count;
 }
 
-double RoofFit::FoldDistance() const
+double FoldFit::FoldDistance() const
 {
   const auto& [a, b] = this->Best.Sides;
   const double cosine = Dot(a.Normal, b.Normal);
@@ -318,11 +318,11 @@ double RoofFit::FoldDistance() const
   return std::sqrt(std::max(0.0, squares) / (1.0 - cosine * cosine));
 }
 
-Vector3 RoofFit::Shift() const
+Vector3 FoldFit::Shift() const
 {
   const auto& [a, b] = this->Best.Sides;
-  const RoofPlane& side = a.Height > b.Height ? a : b;
-  const RoofPlane& other = a.Height > b.Height ? b : a;
+  const FoldPlane& side = a.Height > b.Height ? a : b;
+  const FoldPlane& other = a.Height > b.Height ? b : a;
   const Vector3 shift = -side.Height * side.Normal;
   const double beyond = other.Height + Dot(shift, other.Normal);
   if (beyond <= 0.0)

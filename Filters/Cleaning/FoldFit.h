@@ -27,22 +27,22 @@ struct PlaneMoments
 };
 
 /// Unit normal, and the height of the point above the plane.
-struct RoofPlane
+struct FoldPlane
 {
   Vector3 Normal;
   double Height;
 };
 
 /// Each thread reuses one.
-class RoofFit
+class FoldFit
 {
 public:
   /// Whether two planes that part the points have fewer squares than `most`: several times as fast
-  /// as a fit, which hardly ever finds a roof where this says no.
+  /// as a fit, which hardly ever finds a fold where this says no.
   bool MayFit(const QuadricCloud& points, const LocalQuadric& middle, double most);
 
   /// Through the points of the quadric, by least squares of their distances. Returns false if there
-  /// is no roof of 53 to 150 degrees inside, each side with a tenth of the points, whose squares
+  /// is no fold of 53 to 150 degrees inside, each side with a tenth of the points, whose squares
   /// are below `most`.
   bool Fit(const LocalQuadric& quadric, double most);
 
@@ -62,9 +62,9 @@ public:
   Vector3 Shift() const;
 
 private:
-  struct Roof
+  struct Fold
   {
-    RoofPlane Sides[2];
+    FoldPlane Sides[2];
     double Squares;
 
     double Height(const Vector3& p) const;
@@ -73,11 +73,11 @@ private:
   void Resize(size_t points);
   void TryAcross(const QuadricCloud& points, const Vector3& way);
   double SplitAcross(const QuadricCloud& points, const Vector3& way, PlaneMoments sides[2]);
-  bool Assign(const QuadricCloud& points, Roof& roof, PlaneMoments sides[2]);
+  bool Assign(const QuadricCloud& points, Fold& fold, PlaneMoments sides[2]);
 
   std::vector<float> Ways;     // [points] along the way across the fold; by which side is higher
-  std::vector<double> Heights; // [points] over the roof
+  std::vector<double> Heights; // [points] over the fold
   std::vector<unsigned char> Side; // [points] 0 or 1
-  Roof Best;
+  Fold Best;
 };
 }
