@@ -358,6 +358,12 @@ class TestLens(PlotterCase):
             np.testing.assert_array_equal(self.picture(pl), picture)
         self.assertIsInstance(pl.renderer.GetPass(), vtkSurfelSplattingPass)
 
+    def test_depth_of_field_of_pyvista(self):
+        pl = self.plotter()
+        pl.enable_depth_of_field()
+        with self.assertWarnsRegex(UserWarning, r"replace the vtkDepthOfFieldPass .*surfels.lens\(coc=20\)"):
+            pl.surfels.add(self.surfels)
+
     def test_scalars_of_every_kind(self):
         """What add_mesh takes; the logarithm's range is that of clim."""
         height = self.surfels["height"]

@@ -344,8 +344,9 @@ ADD_NAMES = {*inspect.signature(SurfelComponent.add).parameters, "colormap", "rg
 def _set_pass(renderer, render_pass):
     current = renderer.GetPass()
     if current is not None and current is not render_pass:
-        warn_user(f"surfels replace the {current.GetClassName()} of this subplot, since they need a "
-                  "render pass of their own")
+        name = current.GetClassName()
+        warn_user(f"surfels replace the {name} of this subplot, since they need a render pass of their own"
+                  + ("; pl.surfels.lens(coc=20) blurs them and meshes" if "DepthOfField" in name else ""))
     if current is not render_pass:
         renderer.SetPass(render_pass)
 
