@@ -4,20 +4,29 @@
 #include "vtkCamera.h"
 #include "vtkNew.h"
 #include "vtkPNGWriter.h"
-#include "vtkPointSource.h"
+#include "vtkPoints.h"
 #include "vtkPointsToSurfels.h"
+#include "vtkPolyData.h"
 #include "vtkProperty.h"
 #include "vtkSurfelImageRenderer.h"
 #include "vtkSurfelMapper.h"
 
+#include <cmath>
+
 int main(int argc, char** argv)
 {
-  vtkNew<vtkPointSource> points; // any vtkPointSet will do
-  points->SetDistributionToShell();
-  points->SetNumberOfPoints(20000);
+  constexpr int count = 20000;
+  vtkNew<vtkPoints> points;
+  for (int i = 0; i < count; ++i) // a spiral that covers a sphere evenly
+  {
+    const double z = 0.5 - (i + 0.5) / count, r = std::sqrt(0.25 - z * z), angle = 2.399963 * i;
+    points->InsertNextPoint(r * std::cos(angle), r * std::sin(angle), z);
+  }
+  vtkNew<vtkPolyData> cloud; // any vtkPointSet will do
+  cloud->SetPoints(points);
 
   vtkNew<vtkPointsToSurfels> surfels;
-  surfels->SetInputConnection(points->GetOutputPort());
+  surfels->SetInputData(cloud);
   vtkNew<vtkSurfelMapper> mapper;
   mapper->SetInputConnection(surfels->GetOutputPort());
   vtkNew<vtkActor> actor;
