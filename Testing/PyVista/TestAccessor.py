@@ -5,6 +5,7 @@ import importlib.util
 import os
 import tempfile
 import unittest
+from unittest import mock
 import warnings
 
 import numpy as np
@@ -202,6 +203,33 @@ class TestAccessor(PlotterCase):
             with self.subTest(text), self.assertRaisesRegex(kind, text), warnings.catch_warnings():
                 warnings.simplefilter("ignore")
                 call()
+
+    def test_progress_bar(self):
+        """PyVista's, and an end that is asked for while the filter runs."""
+        seen = []
+
+        class Monitor:
+            def __init__(self, algorithm, message):
+                algorithm.AddObserver("ProgressEvent", lambda filters, _: self.note(filters))
+
+            def note(self, filters):
+                seen.append(filters.GetProgress())
+
+            __enter__ = __exit__ = lambda *_: None
+
+        class Stopping(Monitor):
+            def note(self, filters):
+                filters.AbortExecuteOn()
+
+        name = "surfelsplatting.pyvista.accessor.ProgressMonitor"
+        with mock.patch(name, Monitor):
+            self.cloud.surfels.estimate()
+            self.assertEqual(seen, [])
+            self.cloud.surfels.estimate(progress_bar=True)
+        self.assertEqual(seen, sorted(seen))
+        self.assertEqual(seen[-1], 1.0)
+        with mock.patch(name, Stopping), self.assertRaises(KeyboardInterrupt):
+            self.cloud.surfels.estimate(progress_bar=True)
 
     def test_plot(self):
         options = {"return_img": True, "screenshot": True, "window_size": (240, 180),

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Points to surfels in one call, with Python's exceptions and warnings instead of VTK's messages."""
 
+from contextlib import nullcontext
 import logging
 import math
 
@@ -267,11 +268,12 @@ def needs_hierarchy(points, has_lens):
 
 
 def make_surfels(points, *, cleaning="full", sides="auto", viewpoint=None, neighbors=None,
-                 hierarchy=True):
+                 hierarchy=True, watch=None):
     """A vtkPolyData of surfels from the points of a vtkPointSet; of Gaussians in space, they
     themselves with a hierarchy.
 
-    The parameters are those of `SurfelAccessor.estimate` in surfelsplatting/pyvista.
+    The parameters are those of `SurfelAccessor.estimate` in surfelsplatting/pyvista, and
+    watch: a function of the filter that gives a context in which it runs
     """
     count = points.GetNumberOfPoints()
     if count == 0:
@@ -294,7 +296,10 @@ def make_surfels(points, *, cleaning="full", sides="auto", viewpoint=None, neigh
     _set_sides(filters.GetEstimation(), points, sides, viewpoint)
     if neighbors is not None:
         filters.SetNumberOfNeighbors(whole_number_in(neighbors, 4, 256, "neighbors"))
-    update(filters, "estimation of surfels", warns=lambda: _has_faults(filters))
+    with watch(filters) if watch else nullcontext():
+        update(filters, "estimation of surfels", warns=lambda: _has_faults(filters))
+    if filters.GetAbortExecute():
+        raise KeyboardInterrupt
     surfels = filters.GetOutput()
     if surfels.GetNumberOfPoints() == 0:
         raise ValueError(f"none of the {count} points gives a surfel; are the coordinates finite, and "

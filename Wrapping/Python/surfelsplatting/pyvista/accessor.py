@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pyvista as pv
+from pyvista.core.utilities import ProgressMonitor
 
 from ..arraypictures import checked_size
 from ..problems import check_names
@@ -23,6 +24,10 @@ SCENE_OPTIONS = {"show_axes": lambda pl, shown: pl.add_axes() if shown else pl.h
                  "show_bounds": lambda pl, shown: pl.show_bounds() if shown else None,
                  "text": lambda pl, text: pl.add_text(text) if text else None,
                  "zoom": lambda pl, factor: None if factor is None else pl.camera.zoom(factor)}
+
+
+def _progress_bar(algorithm):
+    return ProgressMonitor(algorithm, message="Estimating surfels")
 
 
 @pv.register_dataset_accessor("surfels", pv.MultiBlock)
@@ -71,7 +76,7 @@ class SurfelAccessor:
 
     def estimate(self, *, cleaning: str = "full", sides: str = "auto",
                  viewpoint: Sequence[float] | None = None, neighbors: int | None = None,
-                 hierarchy: bool = True) -> pv.PolyData:
+                 hierarchy: bool = True, progress_bar: bool = False) -> pv.PolyData:
         """Make surfels of the points.
 
         Of a mesh whose vertices are too few or too uneven to tell its surface, such as
@@ -118,6 +123,9 @@ class SurfelAccessor:
         hierarchy : bool, default: True
             Whether to add the level of detail that makes large clouds fast.
 
+        progress_bar : bool, default: False
+            Whether to show the progress, which needs tqdm; Ctrl-C then ends the estimation.
+
         Returns
         -------
         pyvista.PolyData
@@ -146,7 +154,8 @@ class SurfelAccessor:
 
         """
         return surfels_of(points_of(as_one(self._dataset), sides), cleaning=cleaning, sides=sides,
-                          viewpoint=viewpoint, neighbors=neighbors, hierarchy=hierarchy)
+                          viewpoint=viewpoint, neighbors=neighbors, hierarchy=hierarchy,
+                          watch=_progress_bar if progress_bar else None)
 
     def plot(self, *, coc: float | None = None, focus: Sequence[float] | None = None,
              cpos: Any = None, background: Any = None, **kwargs: Any) -> Any:
