@@ -8,6 +8,8 @@
 
 #ifdef __GLIBC__
 #include <malloc.h>
+#include <sys/resource.h>
+#include <unistd.h>
 #endif
 
 namespace SurfelGeometry
@@ -47,11 +49,26 @@ double GroupMemory()
   const double used = ReadNumber("/sys/fs/cgroup/memory.current");
   return limit < Unknown && used < Unknown ? std::max(0.0, limit - used) : Unknown;
 }
+
+/// Address space that the limit of the process (ulimit -v) leaves.
+double ProcessMemory()
+{
+#ifdef __GLIBC__
+  rlimit limit;
+  const double pages = ReadNumber("/proc/self/statm");
+  if (getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY && pages < Unknown)
+  {
+    const double used = pages * static_cast<double>(sysconf(_SC_PAGESIZE));
+    return std::max(0.0, static_cast<double>(limit.rlim_cur) - used);
+  }
+#endif
+  return Unknown;
+}
 }
 
 double AvailableMemory()
 {
-  return std::min(SystemMemory(), GroupMemory());
+  return std::min({ SystemMemory(), GroupMemory(), ProcessMemory() });
 }
 
 void ReturnFreeMemory()

@@ -17,8 +17,8 @@ constexpr double BytesPerPoint = 270.0;
 /// normalization, besides surfels and neighbours.
 constexpr double BytesPerPointOfBoth = 290.0, BytesPerPointBesidesNeighbors = 140.0;
 
-/// Memory that can be allocated without swapping, bytes: the minimum of the system's and the
-/// control group's. Infinity if it is unknown (not on Linux).
+/// Memory that can be allocated without swapping, bytes: the minimum of the system's, the control
+/// group's and what a limit of the process leaves. Infinity if it is unknown (not on Linux).
 double AvailableMemory();
 
 /// Gives freed memory that the allocator keeps in its heap back to the system, where it can.

@@ -2,6 +2,7 @@
 // A cloud that does not fit is refused with what it needs and what would fit.
 #include "Filters/Common/AvailableMemory.h"
 #include "SurfelTesting.h"
+#include "vtkSurfelEstimation.h"
 
 #include <cstddef>
 #include <fstream>
@@ -11,6 +12,7 @@
 #include <vector>
 
 #ifdef __GLIBC__
+#include <sys/resource.h>
 #include <unistd.h>
 #endif
 
@@ -29,6 +31,30 @@ TEST_CASE("Memory that points need")
   CHECK(said.find("24 GiB are free") != std::string::npos);
   CHECK(said.find("to 64424509 points") != std::string::npos);
 }
+
+#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+/// A filter under ulimit -v says what is missing before it begins, instead of ending the process.
+TEST_CASE("Limit of the process")
+{
+  rlimit before;
+  getrlimit(RLIMIT_AS, &before);
+  std::size_t pages = 0;
+  std::ifstream("/proc/self/statm") >> pages;
+  constexpr rlim_t left = 64 << 20; // a quarter of what the points need
+  rlimit limit = before;
+  limit.rlim_cur = pages * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) + left;
+  vtkNew<vtkSurfelEstimation> estimation;
+  estimation->SetInputData(ToPolyData(std::vector<Vec>(1000000, Vec{ 0, 0, 0 })));
+  const Messages said(estimation);
+  setrlimit(RLIMIT_AS, &limit);
+  const double available = SurfelGeometry::AvailableMemory();
+  estimation->Update();
+  setrlimit(RLIMIT_AS, &before);
+  CHECK(available <= left);
+  REQUIRE(!said.Errors.empty());
+  CHECK(said.Errors[0].find("1000000 points need about") != std::string::npos);
+}
+#endif
 
 #if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
 double ResidentBytes()
