@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Faults put into a copy of the sources are found and named: by Utilities/rooms.py, and by
+"""Faults put into a copy of the sources are found and named: by Utilities/includes.py, and by
 Testing/Core/Alone for headers that do not compile on their own."""
 
 import json
@@ -15,7 +15,7 @@ from pathlib import Path
 SOURCE = Path(os.environ["SOURCE"])
 
 
-class Rooms(unittest.TestCase):
+class Includes(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.folder = Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
@@ -27,9 +27,9 @@ class Rooms(unittest.TestCase):
 
     @classmethod
     def problems(cls):
-        """What rooms.py finds in the copy; the lines of a cycle are one problem."""
+        """What includes.py finds in the copy; the lines of a cycle are one problem."""
         result = subprocess.run(
-            [sys.executable, SOURCE / "Utilities" / "rooms.py", "--root", cls.root],
+            [sys.executable, SOURCE / "Utilities" / "includes.py", "--root", cls.root],
             capture_output=True, text=True, check=False)
         assert result.stderr == "", result.stderr
         problems = re.split(r"\n(?!  )", result.stdout.rstrip())
@@ -109,7 +109,7 @@ class Rooms(unittest.TestCase):
         (self.root / "Core" / "Attic").mkdir()
         self.addCleanup((self.root / "Core" / "Attic").rmdir)
         self.put("Core/Attic/Old.h")
-        self.assertEqual(self.new_problems(), ["rooms.txt has no line for Core/Attic"])
+        self.assertEqual(self.new_problems(), ["includes.txt has no line for Core/Attic"])
 
     def test_core_with_other_libraries(self):
         includes = ("<vtkPolyData.h>", '"vtkPolyData.h"', "<GL/gl.h>", "<pcl/point_types.h>",

@@ -4,13 +4,13 @@
 
 - cycles between files (those of one stem, as View.h and View.cxx, are one) and between folders,
   of the C++ sources and of the Python package, whose functions may import, too;
-- includes against the order of the folders in rooms.txt;
+- includes against the order of the folders in includes.txt;
 - a core that needs more than itself and the C++ standard library (CORE_NEEDS: three exceptions);
 - public headers (vtk*.h) that need more than VTK, the standard library and one another;
 - files that git tracks at the top level and that are not in TOP_FILES.
 
-    python3 Utilities/rooms.py          exit status 1: there are problems
-    python3 Utilities/rooms.py --draw   prints which folder includes which, the highest first
+    python3 Utilities/includes.py          exit status 1: there are problems
+    python3 Utilities/includes.py --draw   prints which folder includes which, the highest first
 """
 
 import argparse
@@ -29,7 +29,7 @@ PACKAGES = "Wrapping/Python"
 INCLUDE = re.compile(r'\s*#\s*include\s*([<"])([^>"]+)[>"]')
 # The standard library's headers have neither a dot nor a folder.
 STANDARD = re.compile(r"[a-z_]+")
-# What else a room of the core needs: the processor, the operating system.
+# What else a folder of the core needs: the processor, the operating system.
 CORE_NEEDS = {"Core/Simd": {"immintrin.h"},
               "Core/Files": {"fcntl.h", "sys/mman.h", "sys/stat.h", "unistd.h"},
               "Core/Base": {"sys/mman.h"}}
@@ -47,7 +47,7 @@ class Include(NamedTuple):
         return f"{self.source}:{self.line} {verb} {self.target or self.name}"
 
 
-def room_of(path):
+def folder_of(path):
     return str(PurePosixPath(path).parent)
 
 
@@ -75,7 +75,7 @@ def read_includes(root, sources):
             match = INCLUDE.match(line)
             if match:
                 name = match[2]
-                candidates = (name, f"{room_of(source)}/{name}", public.get(name))
+                candidates = (name, f"{folder_of(source)}/{name}", public.get(name))
                 target = next((path for path in candidates if path in known), "")
                 includes.append(Include(source, number, name, match[1] == '"', target))
     return includes
@@ -112,22 +112,22 @@ def read_imports(root):
     return imports
 
 
-def python_room_of(path):
-    """A folder of the package; the files beside those folders are rooms of their own."""
+def package_folder_of(path):
+    """A folder of the package, or a file beside those folders."""
     parts = PurePosixPath(path).relative_to(PACKAGES).parts
     return "/".join(parts[:2])
 
 
 def read_order(path):
-    """{room: all rooms that it may include}"""
+    """{folder: all folders that it may include}"""
     order = {}
     for line in path.read_text(encoding="utf-8").splitlines():
         if line and not line.startswith("#"):
-            room, _, lower = line.partition(":")
+            folder, _, lower = line.partition(":")
             for name in lower.split():
                 if name not in order:
-                    sys.exit(f"rooms.txt: {room} has to stand below {name}")
-            order[room] = set().union(*({name} | order[name] for name in lower.split()))
+                    sys.exit(f"includes.txt: {folder} has to stand below {name}")
+            order[folder] = set().union(*({name} | order[name] for name in lower.split()))
     return order
 
 
@@ -172,11 +172,11 @@ def find_cycles(graph, what):
 
 
 def check_order(sources, includes, order):
-    rooms = {room_of(source) for source in sources}
-    problems = [f"rooms.txt has no line for {room}" for room in sorted(rooms - order.keys())]
-    problems += [f"rooms.txt: {room} has no sources" for room in sorted(order.keys() - rooms)]
+    folders = {folder_of(source) for source in sources}
+    problems = [f"includes.txt has no line for {folder}" for folder in sorted(folders - order.keys())]
+    problems += [f"includes.txt: {folder} has no sources" for folder in sorted(order.keys() - folders)]
     for include in includes:
-        begin, end = room_of(include.source), room_of(include.target)
+        begin, end = folder_of(include.source), folder_of(include.target)
         if include.target and begin != end and end not in order.get(begin, {end}):
             above = begin in order.get(end, ())
             problems.append(f"{include}: {end} is {'above' if above else 'not below'} {begin}")
@@ -187,7 +187,7 @@ def is_allowed_in_core(include):
     if include.quoted:
         return include.target == include.name and include.name.startswith("Core/")
     return STANDARD.fullmatch(include.name) or include.name in CORE_NEEDS.get(
-        room_of(include.source), ())
+        folder_of(include.source), ())
 
 
 def is_allowed_in_public_header(include):
@@ -221,19 +221,19 @@ def check_top_level(root):
 
 def check(sources, includes, order):
     return [*find_cycles(make_graph(includes, unit_of), "files"),
-            *find_cycles(make_graph(includes, room_of), "folders"),
+            *find_cycles(make_graph(includes, folder_of), "folders"),
             *check_order(sources, includes, order),
             *check_surroundings(includes)]
 
 
 def draw(includes, order):
     """Arrows that follow from others are left out."""
-    graph = make_graph(includes, room_of)
-    for room in reversed(order):
-        lower = graph.get(room, {})
+    graph = make_graph(includes, folder_of)
+    for folder in reversed(order):
+        lower = graph.get(folder, {})
         implied = set().union(*(order[name] for name in lower))
         direct = [name for name in reversed(order) if name in lower and name not in implied]
-        print(f"{room:<30}{'-> ' if direct else ''}{', '.join(direct)}".rstrip())
+        print(f"{folder:<30}{'-> ' if direct else ''}{', '.join(direct)}".rstrip())
 
 
 def main():
@@ -246,16 +246,16 @@ def main():
 
     sources = find_sources(arguments.root)
     if len(sources) < 10:
-        sys.exit(f"rooms.py: only {len(sources)} sources in {arguments.root}: wrong folder?")
+        sys.exit(f"includes.py: only {len(sources)} sources in {arguments.root}: wrong folder?")
     includes = read_includes(arguments.root, sources)
-    order = read_order(here / "rooms.txt")
+    order = read_order(here / "includes.txt")
     if arguments.draw:
         draw(includes, order)
         return
     imports = read_imports(arguments.root)
     problems = [*check(sources, includes, order),
                 *find_cycles(make_graph(imports, unit_of), "files"),
-                *find_cycles(make_graph(imports, python_room_of), "folders"),
+                *find_cycles(make_graph(imports, package_folder_of), "folders"),
                 *check_top_level(arguments.root)]
     print("\n".join(problems) or f"{len(sources)} C++ sources, {len(includes)} includes, "
           f"{len(imports)} imports of Python: no problems")
