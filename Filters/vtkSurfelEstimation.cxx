@@ -82,6 +82,11 @@ public:
       (this->Given.empty() || TurnToPoints(oriented, progress.Part(0.9, 0.905), this->Fits)) &&
       SharpenNormals(oriented, progress.Part(0.905, 0.91), this->Fits) &&
       this->MakeKernels(input, oriented, progress.Part(0.91, 0.98));
+    if (finished && this->SharesNeighbors() && this->Searched.Graph.AreNearest)
+    {
+      this->Searched.FindAround([this](int i) { return this->CenterOf(i); },
+        [this](int i) { return FarShift * this->Fits[i].Spacing; });
+    }
     this->Searched.ReleaseTree(); // frees memory for the output, as the last lines do
     if (this->SharesNeighbors())
     {
@@ -305,6 +310,10 @@ private:
   bool All(bool condition) { return this->Shared ? this->Shared->All(condition) : condition; }
 
   static constexpr vtkIdType PrefetchDistance = 16;
+
+  /// Beside a void a cell reaches into it, and its kernel lies so many spacings off the point,
+  /// which has its neighbours on one side then: for the weights that would be a border.
+  static constexpr double FarShift = 0.55;
 
   vtkSurfelEstimation* Self;
   SharedOrientation* Shared;

@@ -171,6 +171,28 @@ bool SearchedCloud::FindNeighbors(const StageProgress& progress)
   });
 }
 
+void SearchedCloud::FindAround(
+  const std::function<Vector3(int)>& placeOf, const std::function<double(int)>& limitOf)
+{
+  vtkSMPTools::For(0, this->Cloud.Size(), [&](vtkIdType begin, vtkIdType end) {
+    Neighbors found;
+    for (int i = static_cast<int>(begin); i < end; ++i)
+    {
+      const Vector3 place = placeOf(i), way = place - Load(this->Cloud.Position(i));
+      const double limit = limitOf(i);
+      if (!(Dot(way, way) > limit * limit))
+      {
+        continue;
+      }
+      pcl::PointXYZ at;
+      Store(place, at.data);
+      this->Tree->nearestKSearch(at, KeptNeighbors + 1, found.Ids, found.SquaredDistances);
+      found.Ids.erase(std::remove(found.Ids.begin(), found.Ids.end(), i), found.Ids.end());
+      this->Graph.Keep(static_cast<size_t>(i), found);
+    }
+  });
+}
+
 void SearchedCloud::Drop(const std::vector<unsigned char>& dropped)
 {
   const std::vector<int> ranks = RankKept(dropped);

@@ -8,9 +8,11 @@
 #include "Filters/Common/Neighbors.h"
 #include "Filters/Common/RawVector.h"
 #include "Filters/Common/StageProgress.h"
+#include "Filters/Common/VectorMath.h"
 
 #include <algorithm>
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -78,6 +80,11 @@ struct SearchedCloud
 
   /// Stores the nearest points of all. Returns false if stopped.
   bool FindNeighbors(const StageProgress& progress);
+
+  /// Stores the points nearest to a place instead of those nearest to point i, if the place is
+  /// farther from it than a limit, world units.
+  void FindAround(
+    const std::function<Vector3(int i)>& placeOf, const std::function<double(int i)>& limitOf);
 
   /// Removes the points i with dropped[i] == 1. Rows of the graph that have one of them are found
   /// again.
