@@ -19,8 +19,8 @@ constexpr int ShellSamples = 50'000;
 constexpr int ContentSamples = 2000;
 constexpr int SetSamples = 64;
 
-/// These limits are those of rooms.py in Wrapping/Python/surfelsplatting/shapes, too: largest cosine
-/// between a wall's normal and the axis, and the smallest of a floor's.
+/// These limits are those of rooms.py in Wrapping/Python/surfelsplatting/shapes, too: largest
+/// cosine between a wall's normal and the axis, and the smallest of a floor's.
 constexpr double WallCosine = 0.3;
 constexpr double LevelCosine = 0.95;
 
