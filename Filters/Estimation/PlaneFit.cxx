@@ -2,6 +2,7 @@
 #include "Filters/Estimation/PlaneFit.h"
 
 #include "Filters/Common/LocalCloud.h"
+#include "Filters/Common/Median.h"
 #include "Filters/Common/NeighborSearch.h"
 #include "Filters/Estimation/PrincipalPlane.h"
 #include "Filters/Estimation/ScanLines.h"
@@ -10,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
 
 namespace SurfelGeometry
 {
@@ -28,6 +30,13 @@ constexpr float GapRatio = 3.0f;
 
 /// At the ends of rods, more neighbours than these are on other things.
 constexpr int RodNeighbors = 8;
+
+/// What is beside a rod, which has so many of its points, is at most so many times as large.
+constexpr std::size_t FewestOnRod = 3;
+constexpr float MostPerRodSpacing = 1.5f;
+
+/// Neighbours are beside a line, not on it, if the sine of the angle between is above this.
+constexpr double OffLine = 0.22;
 
 /// Below this ratio of the two larger variances the neighbours are on a line, and the normal is
 /// arbitrary.
@@ -105,6 +114,29 @@ public:
     return view.IsBetweenLines(fit.AxisU, neighbors);
   }
 
+  /// Whether there are other lines on both sides of that of point i, wherever it was seen from.
+  bool HasLinesBeside(int i, const PlaneFit& fit, Neighbors& neighbors)
+  {
+    this->Ways.clear();
+    this->VisitBeside(
+      i, fit, neighbors, [this](int, const Vector3& way) { this->Ways.push_back(way); });
+    return std::any_of(this->Ways.begin(), this->Ways.end(), [this](const Vector3& a) {
+      return std::any_of(this->Ways.begin(), this->Ways.end(),
+        [&a](const Vector3& b) { return AreToNextLines(a, b); });
+    });
+  }
+
+  /// Whether most lines beside that of point i have others on both sides: all are of one surface.
+  bool IsEdge(int i, const PlaneFit& fit, const ScanLines& lines,
+    const std::vector<LineKind>& kinds, Neighbors& neighbors)
+  {
+    int between = 0;
+    this->VisitBeside(i, fit, neighbors, [&](int j, const Vector3&) {
+      between += lines.IsLine(j) && kinds[j] == LineKind::Other ? 1 : -1;
+    });
+    return between > 0;
+  }
+
   /// Neighbours on the next lines of a surface, if point i is on one.
   void FindLines(int i, Neighbors& neighbors) const { this->Find(i, LineGrowth, neighbors); }
 
@@ -159,6 +191,24 @@ public:
   }
 
 private:
+  /// Calls visit(j, way) for the neighbours beside the line of point i, and the ways to them across
+  /// this line.
+  template <typename Visit>
+  void VisitBeside(int i, const PlaneFit& fit, Neighbors& neighbors, Visit&& visit) const
+  {
+    this->FindLines(i, neighbors);
+    const Vector3 point = Load(this->Cloud.Position(i)), along = fit.AxisU;
+    for (const int j : neighbors.Ids)
+    {
+      const Vector3 d = Load(this->Cloud.Position(j)) - point;
+      const Vector3 way = d - Dot(d, along) * along;
+      if (Dot(way, way) > OffLine * OffLine * Dot(d, d))
+      {
+        visit(j, way);
+      }
+    }
+  }
+
   Principal FitTo(int i, const float* given, const Neighbors& neighbors, PlaneFit& fit)
   {
     const Eigen::Matrix3d covariance = this->CovarianceAround(i, neighbors);
@@ -270,6 +320,7 @@ private:
   const NeighborSearch& Tree;
   const FitSettings& Settings;
   Patch Around;
+  std::vector<Vector3> Ways; // across a line
 };
 
 const float* GivenNormal(const FitInput& input, int i)
@@ -321,14 +372,47 @@ bool JudgeLines(const FitInput& input, const ScanLines& lines, const NeighborGra
       for (; k < end; ++k)
       {
         const int i = points[static_cast<size_t>(k)];
-        if (lines.IsAmongStrips(i, graph) && !lines.IsOfSurface(i, query))
+        if (!lines.IsAmongStrips(i, graph))
         {
-          kinds[i] = fitter.IsWithinSurface(i, neighbors)        ? LineKind::WithinSurface
+          continue;
+        }
+        const bool isOfSurface = lines.IsOfSurface(i, query);
+        if (!isOfSurface || lines.MayBeAlone(i))
+        {
+          kinds[i] = isOfSurface && fitter.HasLinesBeside(i, fits[i], neighbors) ? LineKind::Other
+            : fitter.IsWithinSurface(i, neighbors)               ? LineKind::WithinSurface
             : fitter.IsBetweenLines(i, fits[i], view, neighbors) ? LineKind::BetweenLines
+            : isOfSurface                                        ? LineKind::Alone
                                                                  : LineKind::Rod;
         }
       }
     });
+}
+
+/// Tells rods from the edges of surfaces among lines that are alone. Returns false if stopped.
+bool JudgeAlone(const FitInput& input, const ScanLines& lines, const PlaneFits& fits,
+  const StageProgress& progress, std::vector<LineKind>& kinds)
+{
+  std::vector<int> alone;
+  std::copy_if(lines.Points().begin(), lines.Points().end(), std::back_inserter(alone),
+    [&kinds](int i) { return kinds[i] == LineKind::Alone; });
+  std::vector<LineKind> found(alone.size());
+  const auto count = static_cast<vtkIdType>(alone.size());
+  const bool done = ParallelFor(count, progress, [&](vtkIdType k, vtkIdType end) {
+    Fitter fitter(input.Cloud, input.Tree, input.Settings);
+    Neighbors neighbors;
+    for (; k < end; ++k)
+    {
+      const int i = alone[static_cast<size_t>(k)];
+      found[k] =
+        fitter.IsEdge(i, fits[i], lines, kinds, neighbors) ? LineKind::Other : LineKind::Rod;
+    }
+  });
+  for (size_t k = 0; k < alone.size(); ++k)
+  {
+    kinds[alone[k]] = found[k];
+  }
+  return done;
 }
 
 /// Marks the points on rods, and fits those on lines of surfaces again. Returns false if stopped.
@@ -352,23 +436,13 @@ bool FitScanLines(const FitInput& input, const ScanLines& lines, const std::vect
     });
 }
 
-/// Fits points on lines again, and the ends of rods. Returns false if stopped.
-bool FitLines(const FitInput& input, const Spreads& spreads, const NeighborGraph& graph,
-  const StageProgress& progress, PlaneFits& fits)
+/// Marks the ends of rods, and fits them. Returns false if stopped.
+/// @param points beside rods
+bool FitEnds(const FitInput& input, const std::vector<int>& points, const StageProgress& progress,
+  PlaneFits& fits)
 {
-  const ScanLines lines(input.Cloud, spreads);
-  std::vector<LineKind> kinds(lines.Points().empty() ? 0 : fits.size(), LineKind::Other);
-  if (!JudgeLines(input, lines, graph, fits, progress.Part(0.0, 0.4), kinds) ||
-    !FitScanLines(input, lines, kinds, graph, progress.Part(0.4, 0.8), fits))
-  {
-    return false;
-  }
-  std::vector<int> rods;
-  std::copy_if(lines.Points().begin(), lines.Points().end(), std::back_inserter(rods),
-    [&fits](int i) { return fits[i].OnRod; });
-  const std::vector<int> points = PointsBeside(rods, graph);
   const auto count = static_cast<vtkIdType>(points.size());
-  return ParallelFor(count, progress.Part(0.8, 1.0), [&](vtkIdType k, vtkIdType end) {
+  return ParallelFor(count, progress, [&](vtkIdType k, vtkIdType end) {
     Fitter fitter(input.Cloud, input.Tree, input.Settings);
     ScannerView view(input.Cloud, input.ToScanner);
     Neighbors neighbors;
@@ -384,6 +458,69 @@ bool FitLines(const FitInput& input, const Spreads& spreads, const NeighborGraph
       }
     }
   });
+}
+
+/// The most that point i may have as its spacing, if some neighbours are on rods: a stray point
+/// beside a rod is on a line, or in a plane, with the rod's points. Infinite for others.
+float LargestBesideRods(int i, const PlaneFits& fits, const NeighborGraph& graph)
+{
+  const int* ids = graph.Row(i);
+  std::vector<float> spacings;
+  for (int k = 0; k < CountIds(ids, KeptNeighbors); ++k)
+  {
+    if (fits[ids[k]].OnRod)
+    {
+      spacings.push_back(fits[ids[k]].Spacing);
+    }
+  }
+  return spacings.size() >= FewestOnRod ? MostPerRodSpacing * Median(spacings)
+                                        : std::numeric_limits<float>::infinity();
+}
+
+/// Points of rods, and stray points beside them, are no larger than the rods' points around.
+/// @param points on rods and beside them
+void BoundBesideRods(const LocalCloud& cloud, const std::vector<int>& points,
+  const NeighborGraph& graph, PlaneFits& fits)
+{
+  std::vector<float> bounds(points.size()); // first all of them, then all changes
+  std::transform(points.begin(), points.end(), bounds.begin(),
+    [&](int i) { return LargestBesideRods(i, fits, graph); });
+  for (size_t k = 0; k < points.size(); ++k)
+  {
+    const int i = points[k];
+    PlaneFit& fit = fits[i];
+    const Vector3 way = Load(cloud.Position(graph.Row(i)[0])) - Load(cloud.Position(i));
+    if (fit.Spacing > bounds[k] && (fit.OnRod || Norm(way) > bounds[k]))
+    {
+      fit.OnRod = true;
+      fit.MakeRound(bounds[k]);
+    }
+  }
+}
+
+/// Fits points on lines again, and the ends of rods. Returns false if stopped.
+bool FitLines(const FitInput& input, const Spreads& spreads, const NeighborGraph& graph,
+  const StageProgress& progress, PlaneFits& fits)
+{
+  const ScanLines lines(input.Cloud, spreads);
+  std::vector<LineKind> kinds(lines.Points().empty() ? 0 : fits.size(), LineKind::Other);
+  if (!JudgeLines(input, lines, graph, fits, progress.Part(0.0, 0.3), kinds) ||
+    !JudgeAlone(input, lines, fits, progress.Part(0.3, 0.4), kinds) ||
+    !FitScanLines(input, lines, kinds, graph, progress.Part(0.4, 0.8), fits))
+  {
+    return false;
+  }
+  std::vector<int> rods;
+  std::copy_if(lines.Points().begin(), lines.Points().end(), std::back_inserter(rods),
+    [&fits](int i) { return fits[i].OnRod; });
+  const std::vector<int> beside = PointsBeside(rods, graph);
+  if (!FitEnds(input, beside, progress.Part(0.8, 1.0), fits))
+  {
+    return false;
+  }
+  rods.insert(rods.end(), beside.begin(), beside.end());
+  BoundBesideRods(input.Cloud, rods, graph, fits);
+  return true;
 }
 }
 

@@ -56,6 +56,9 @@ constexpr double WithinRatio = 0.05;
 /// smoothing has moved points of rods, some are by chance.
 constexpr double WithinShare = 0.9;
 
+/// Ways to the next lines are opposite, as a cosine, and their ratio is at most this one.
+constexpr double Opposite = 0.95, MostUneven = 3.0;
+
 /// Or so many are between lines that their scanners have seen: of the wires of fences 4 % are, of
 /// floors and streets 75 to 95 %.
 constexpr double BetweenShare = 0.5;
@@ -81,6 +84,12 @@ bool IsWithinSurface(const Eigen::Matrix3d& line, const Eigen::Matrix3d& around)
   return across < WithinRatio * beside;
 }
 
+bool AreToNextLines(const Vector3& a, const Vector3& b)
+{
+  const double x = Norm(a), y = Norm(b);
+  return Dot(a, b) < -Opposite * x * y && std::max(x, y) < MostUneven * std::min(x, y);
+}
+
 bool IsOnRod(int i, const std::vector<LineKind>& kinds, const NeighborGraph& graph)
 {
   const int* ids = graph.Row(static_cast<std::size_t>(i));
@@ -88,7 +97,7 @@ bool IsOnRod(int i, const std::vector<LineKind>& kinds, const NeighborGraph& gra
   {
     return false;
   }
-  int counts[4] = {};
+  int counts[5] = {};
   ++counts[static_cast<int>(kinds[i])];
   const int count = CountIds(ids, KeptNeighbors);
   for (int k = 0; k < count; ++k)

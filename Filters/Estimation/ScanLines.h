@@ -9,11 +9,13 @@
  * directions: around a rod most things show that. Around a scan line, most points are on lines,
  * too, unless it is beside something else. Then its noise tells: it is along the line of sight, and
  * so within a surface that the scanner looks along. Rods are about as thick across any plane as in
- * it.
+ * it. Where rods have nothing but other rods around, as the wires of a power line, a line without
+ * another one on both sides is a rod.
  */
 #pragma once
 
 #include "Filters/Common/RawVector.h"
+#include "Filters/Common/VectorMath.h"
 
 #include <Eigen/Core>
 
@@ -44,6 +46,10 @@ using Spreads = RawVector<Spread>;
 /// @param line, around covariances
 bool IsWithinSurface(const Eigen::Matrix3d& line, const Eigen::Matrix3d& around);
 
+/// Whether two ways across a line go to the next lines of one surface: they are opposite, and none
+/// is three times as long. From a rod, one goes to what is behind it.
+bool AreToNextLines(const Vector3& a, const Vector3& b);
+
 /// What a point may be on.
 enum class LineKind : unsigned char
 {
@@ -51,6 +57,7 @@ enum class LineKind : unsigned char
   Rod,
   WithinSurface,
   BetweenLines, // of a surface, as its scanner sees it (ScannerView.h)
+  Alone,        // among lines, but without one on both sides: a rod, or the edge of a surface
 };
 
 /// Whether point i is on a rod, by its kind and those of its neighbours.
@@ -73,6 +80,9 @@ public:
   const std::vector<int>& Points() const { return this->Lines; }
 
   bool IsLine(int i) const { return this->Of[i] == Spread::Line; }
+
+  /// Whether the lines around point i may be rods: it is on a line, of which the cloud has few.
+  bool MayBeAlone(int i) const { return this->Tree && this->IsLine(i); }
 
   /// Whether half of the nearest neighbours are on lines and strips, too: random points are by
   /// chance.

@@ -3,6 +3,7 @@
 
 #include "Filters/Common/LocalCloud.h"
 #include "Filters/Common/Neighbors.h"
+#include "Filters/Estimation/ScanLines.h"
 
 #include "vtkDataArray.h"
 
@@ -23,10 +24,6 @@ constexpr double LeastSlant = 0.2;
 
 /// The next line is so many steps along the line away, at least and at most.
 constexpr double NearestLine = 0.5, FarthestLine = 2.0;
-
-/// Both ways to the next lines are opposite, as a cosine, and their ratio is at most this one. From
-/// a rod, one goes to what is behind it.
-constexpr double Opposite = 0.95, MostUneven = 3.0;
 }
 
 bool ScannerView::GetScanner(int j, Vector3& scanner) const
@@ -131,11 +128,8 @@ bool ScannerView::IsBetweenLines(const Vector3& along, const Neighbors& neighbor
     }
   }
   return std::any_of(this->Sides.begin(), this->Sides.end(), [this](const Beside& a) {
-    return std::any_of(this->Sides.begin(), this->Sides.end(), [&a](const Beside& b) {
-      const double x = Norm(a.Way), y = Norm(b.Way);
-      return a.IsLeft && !b.IsLeft && Dot(a.Way, b.Way) < -Opposite * x * y &&
-        std::max(x, y) < MostUneven * std::min(x, y);
-    });
+    return std::any_of(this->Sides.begin(), this->Sides.end(),
+      [&a](const Beside& b) { return a.IsLeft && !b.IsLeft && AreToNextLines(a.Way, b.Way); });
   });
 }
 }

@@ -376,11 +376,14 @@ vtkSmartPointer<vtkPolyData> SeenFrom(
 }
 
 /// The rods of a railing before a wall, each with one row of points: they look like scan lines, but
-/// become no sheet, also where a scanner is known that sees them ten steps apart.
+/// become no sheet, also where a scanner is known that sees them ten steps apart. A stray point
+/// beside them is no larger than they are.
 TEST_CASE("Rods")
 {
   const double pitch = 0.01;
   std::vector<Vec> points = MakeWall(pitch).Points;
+  const auto stray = static_cast<vtkIdType>(points.size());
+  points.push_back({ 0.115, 0.4, 0.4 });
   const size_t first = points.size();
   Random random(6);
   for (int rod = 0; rod < 6; ++rod)
@@ -404,7 +407,36 @@ TEST_CASE("Rods")
       CHECK(surfels.Area(id) <= 4.0 * pitch * pitch);
       CHECK(surfels.IsTwoSided(id));
     }
+    CHECK(surfels.Area(stray) <= 9.0 * pitch * pitch);
   }
+}
+
+/// Wires with nothing but other wires around, 14 and more times as far as their points, become no
+/// curtains.
+TEST_CASE("Wires")
+{
+  const double pitch = 0.05;
+  std::vector<Vec> points = MakeWall(0.004).Points;
+  const size_t first = points.size();
+  Random random(7);
+  for (const auto& [x, y] : { std::pair(0.0, 3.0), std::pair(0.5, 3.5), std::pair(0.0, 4.1) })
+  {
+    for (int k = 0; k < 400; ++k)
+    {
+      const double along = pitch * (k + 0.4 * random()), sag = 0.004 * along * (20.0 - along);
+      points.push_back({ x + 0.05 * pitch * random(), y - sag + 0.05 * pitch * random(), along });
+    }
+  }
+  vtkNew<vtkSurfelEstimation> estimation;
+  estimation->SetInputData(ToPolyData(points));
+  estimation->Update();
+  const Surfels surfels(estimation->GetOutput());
+  std::vector<double> areas;
+  for (size_t i = first; i < points.size(); ++i)
+  {
+    areas.push_back(surfels.Area(static_cast<vtkIdType>(i)) / (pitch * pitch));
+  }
+  CHECK(AtShare(areas, 0.97) <= 4.0);
 }
 
 /// A scanner that looks along a floor has lines on it 12 times as far apart as their points, at the
