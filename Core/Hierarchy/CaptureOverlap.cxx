@@ -116,7 +116,7 @@ double OverlapOfPatch(const SurfelCloud& leaves, std::size_t begin, std::size_t 
   return std::fmin(1.0 - hidden / covered, LargestOverlap);
 }
 
-void FillOverlaps(const SurfelCloud& leaves, const HierarchyLayout& layout,
+void FillCaptureOverlaps(const SurfelCloud& leaves, const HierarchyLayout& layout,
   const Executor& executor, HierarchyNode* nodes)
 {
   const int top = layout.NumberOfLevels() - 1;

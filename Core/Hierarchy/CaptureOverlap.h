@@ -31,6 +31,6 @@ namespace SurfelSplatting
 double OverlapOfPatch(const SurfelCloud& leaves, std::size_t begin, std::size_t end);
 
 /// Gives nodes, which have all else, their shares. @param leaves of a capture
-void FillOverlaps(const SurfelCloud& leaves, const HierarchyLayout& layout,
+void FillCaptureOverlaps(const SurfelCloud& leaves, const HierarchyLayout& layout,
   const Executor& executor, HierarchyNode* nodes);
 }

@@ -3,6 +3,7 @@
 
 #include "Core/Hierarchy/CaptureOverlap.h"
 #include "Core/Hierarchy/NodeRecursion.h"
+#include "Core/Hierarchy/SheetOverlap.h"
 #include "Core/Surfels/NodeMoments.h"
 #include "Core/Surfels/NodePacking.h"
 
@@ -196,7 +197,14 @@ void FillNodes(const SurfelCloud& leaves, const HierarchyLayout& layout, const E
   ForNodesUpwards(layout, executor, NodeFiller(leaves, layout, nodes));
   if (leaves.Kind == CloudKind::Capture)
   {
-    FillOverlaps(leaves, layout, executor, nodes);
+    FillCaptureOverlaps(leaves, layout, executor, nodes);
+  }
+  else if (leaves.Kind == CloudKind::Surfels)
+  {
+    SurfelCloud tree = leaves;
+    tree.NumberOfSurfels = layout.NumberOfLeaves();
+    tree.Nodes = nodes;
+    FillSheetOverlaps(tree, layout, executor, nodes);
   }
 }
 

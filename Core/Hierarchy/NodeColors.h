@@ -9,7 +9,7 @@
  *   H   = sum m (c - c_0) (x - p)' / sum m   (three colours by three coordinates)
  *
  * a is a leaf's area, o its opacity, v its overlap (SurfelCloud::OverlapOf), and u what of it no
- * other sheet covers (CoveredLeaves.h): what another sheet covers does not shine through it.
+ * other sheet covers (SheetOverlap.h): what another sheet covers does not shine through it.
  *
  * Two children are joined by c_0 = f_a c_a + f_b c_b and
  *   H   = f_a H_a + f_b H_b + f_a f_b (c_a - c_b) (p_a - p_b)',    f their shares of sum m.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Rendering/Scene/HierarchyCache.h"
 
-#include "Core/Hierarchy/CoveredLeaves.h"
+#include "Core/Hierarchy/SheetOverlap.h"
 #include "Core/Hierarchy/HierarchyBuilder.h"
 #include "Core/Hierarchy/NodeColors.h"
 #include "Core/Hierarchy/NodeHarmonics.h"

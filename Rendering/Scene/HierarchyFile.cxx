@@ -3,7 +3,7 @@
 
 #include "Core/Files/ArrayFileWriter.h"
 #include "Core/Hierarchy/ClusterBounds.h"
-#include "Core/Hierarchy/CoveredLeaves.h"
+#include "Core/Hierarchy/SheetOverlap.h"
 #include "Core/Hierarchy/HierarchyBuilder.h"
 #include "Core/Hierarchy/KdTreeOrder.h"
 #include "Core/Hierarchy/LeafPlacement.h"

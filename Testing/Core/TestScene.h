@@ -6,7 +6,7 @@
 
 #include "Core/Base/ThreadExecutor.h"
 #include "Core/Hierarchy/ClusterBounds.h"
-#include "Core/Hierarchy/CoveredLeaves.h"
+#include "Core/Hierarchy/SheetOverlap.h"
 #include "Core/Hierarchy/HierarchyBuilder.h"
 #include "Core/Hierarchy/KdTreeOrder.h"
 #include "Core/Hierarchy/NodeColors.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Leaves that another sheet covers (CoveredLeaves.h), and the colours of nodes that hold both.
+ * What sheets cover of one another (SheetOverlap.h), and the colours of nodes that hold both.
  */
-#include "Core/Hierarchy/CoveredLeaves.h"
+#include "Core/Hierarchy/SheetOverlap.h"
 #include "Core/Surfels/NodePacking.h"
 #include "TestScene.h"
 #include "Testing/Shared/Check.h"
@@ -50,39 +50,67 @@ TestHierarchy MakeSheets(const std::vector<Sheet>& sheets)
   return TestHierarchy(cloud);
 }
 
-/// Mean over the leaves above or below a height.
-double MeanUncovered(const TestHierarchy& h, bool above, double height)
+/// Mean overlap of a level's nodes in the sheet at a height, not of those that hold another as
+/// well.
+double MeanOverlap(const TestHierarchy& h, int level, double height)
 {
   const SurfelCloud tree = h.Get();
-  const std::vector<float> uncovered = FindUncovered(tree, h.Order.Layout, SerialExecutor());
+  const std::size_t first = h.Order.Layout.Begin(level, HierarchyLayout::OneSided);
   double sum = 0.0, count = 0.0;
-  for (std::size_t i = 0; i < uncovered.size(); ++i)
+  for (std::size_t j = 0; j < h.Order.Layout.Count(level, HierarchyLayout::OneSided); ++j)
   {
-    const bool counts = (tree.Position(i)[2] > height) == above;
-    sum += counts ? static_cast<double>(uncovered[i]) : 0.0;
+    const bool counts = std::abs(tree.Position(first + j)[2] - height) < 0.01 * Spacing;
+    sum += counts ? tree.OverlapOf(first + j) : 0.0;
     count += counts ? 1.0 : 0.0;
   }
   return sum / count;
 }
 
-/// The front one of two sheets is not covered, and hardly anything of the other is left, whatever
-/// the gap between them.
+/// The front one of two sheets is not covered, and hardly anything of the other is left, from nodes
+/// of a seventh of the gap on.
 TEST_CASE("Two sheets")
 {
-  for (const double gap : { 2.0, 4.0, 8.0, 16.0 })
+  const struct
+  {
+    double Gap; // in spacings of leaves
+    int Level;
+  } cases[] = { { 2.0, 2 }, { 4.0, 2 }, { 8.0, 3 }, { 16.0, 5 } };
+  for (const auto& c : cases)
   {
     for (const double up : { 1.0, -1.0 })
     {
-      const double height = gap * Spacing;
+      const double height = c.Gap * Spacing;
       const TestHierarchy h = MakeSheets({ { 0.0, up, false }, { height, up, false } });
-      const bool isFront = up > 0.0;
-      CHECK(MeanUncovered(h, isFront, 0.5 * height) > 0.98); // nodes of both may seem covered
-      CHECK(MeanUncovered(h, !isFront, 0.5 * height) < 0.2);
+      CHECK(MeanOverlap(h, c.Level, up > 0.0 ? height : 0.0) == 0.0);
+      CHECK(MeanOverlap(h, c.Level, up > 0.0 ? 0.0 : height) > 0.8);
     }
   }
 }
 
-/// Sheets that face away from one another, have two sides or lie closer than GapOfSheets.
+/// Where there is less blur than the gap is wide, both sheets are seen from the side.
+TEST_CASE("Sheets far apart")
+{
+  const double height = 16.0 * Spacing;
+  const TestHierarchy h = MakeSheets({ { 0.0, 1.0, false }, { height, 1.0, false } });
+  CHECK(MeanOverlap(h, 1, 0.0) == 0.0);
+}
+
+/// Overlaps of the surfels' own count as well, as means over their areas.
+TEST_CASE("Own overlaps")
+{
+  Random random(3);
+  TestCloud cloud;
+  Add({ 0.0, 1.0, false }, random, cloud);
+  for (std::size_t i = 0; i < cloud.Overlaps.size(); ++i)
+  {
+    cloud.Overlaps[i] = static_cast<unsigned char>(i % 2 == 0 ? 255 : 51);
+  }
+  const TestHierarchy h(cloud);
+  const int top = h.Order.Layout.NumberOfLevels() - 1;
+  CHECK(std::abs(MeanOverlap(h, top, 0.0) - 0.6) < 0.001);
+}
+
+/// Sheets that face away from one another, have two sides or lie closer than NearestSheet.
 TEST_CASE("Uncovered sheets")
 {
   const double near = 1.0 * Spacing, apart = 3.0 * Spacing;
