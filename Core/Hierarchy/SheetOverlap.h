@@ -14,11 +14,12 @@
  * v is looked for among the neighbours in the tree, in runs of RunSize elements of a level. An
  * element i is covered by those whose planes lie in front of its own,
  *
- *   v_i = 3/2 sum_j k(q_ij), at most 1,   k(q) = max(0, 1 - q / 3)^2 / pi,   q = d^2 / a_j
+ *   v_i = 7/4 (sum_j k(q_ij) - 1/7), within [0, 1],
+ *   k(q) = max(0, 1 - q / 3)^2 / pi,   q = d^2 / a_j
  *
  * j: n_i.(x_j - x_i) between NearestSheet and FarthestSheet sqrt(a_i), n_i.n_j > CosineOfSheet; d
  * the distance of their places across n_i; n normals. The sum is 1 in the mean behind a sheet that
- * covers all. Half as much again counts, since the points of sheets are random.
+ * covers all, 1/2 behind its border.
  *
  * A node is drawn where the blur's radius is two to three times its size (HierarchyCut.h), so that
  * sheets cover one another that are up to about three radii apart, from wherever they are seen.
