@@ -15,7 +15,7 @@ namespace
 struct Header
 {
   std::uint64_t Splats, Gradients;
-  float LargestCoarseColor; ///< over all of the sender's splats, sent or not
+  float LargestCoarseColor, LargestDelay; ///< over all of the sender's splats, sent or not
   unsigned int Levels;
   unsigned char HasFootprints;
 };
@@ -102,13 +102,14 @@ struct Layout
 {
   explicit Layout(const Header& header)
     : Boxes(sizeof(Header) + header.Splats * sizeof(Splat))
-    , Levels(this->Boxes + header.Splats * sizeof(PixelBox))
+    , Orders(this->Boxes + header.Splats * sizeof(PixelBox))
+    , Levels(this->Orders + header.Splats * sizeof(float))
     , Gradients(this->Levels + header.Splats)
     , Footprints(this->Gradients + header.Gradients * sizeof(SplatGradient))
     , End(this->Footprints + (header.HasFootprints ? header.Splats * sizeof(LensFootprint) : 0))
   {
   }
-  std::size_t Boxes, Levels, Gradients, Footprints, End;
+  std::size_t Boxes, Orders, Levels, Gradients, Footprints, End;
 };
 
 template <typename T>
@@ -139,6 +140,7 @@ void WriteSplat(const SplatList& list, std::size_t i, const Layout& layout,
   }
   Write(splat, sizeof(Header), at.Splats, message);
   Write(list.Boxes[i], layout.Boxes, at.Splats, message);
+  Write(list.Orders[i], layout.Orders, at.Splats, message);
   Write(list.Levels[i], layout.Levels, at.Splats, message);
   if (list.HasFootprints)
   {
@@ -230,8 +232,8 @@ std::vector<Message> SplatExchange::Pack(const Executor& executor, const SplatLi
       sum.Splats += count.Splats;
       sum.Gradients += count.Gradients;
     }
-    headers[rank] = { sum.Splats, sum.Gradients, all.LargestCoarseColor, all.Levels,
-      static_cast<unsigned char>(list.HasFootprints ? 1 : 0) };
+    headers[rank] = { sum.Splats, sum.Gradients, all.LargestCoarseColor, all.LargestDelay,
+      all.Levels, static_cast<unsigned char>(list.HasFootprints ? 1 : 0) };
     messages[rank].resize(Layout(headers[rank]).End);
     Write(headers[rank], 0, 0, messages[rank]);
   }
@@ -260,6 +262,7 @@ void SplatExchange::Unpack(
     const Header header = HeaderOf(message);
     SplatList::Part part{ size, static_cast<std::size_t>(header.Splats) };
     part.LargestCoarseColor = header.LargestCoarseColor;
+    part.LargestDelay = header.LargestDelay;
     part.Levels = header.Levels;
     list.Parts.push_back(part);
     size += part.Count;
@@ -277,6 +280,7 @@ void SplatExchange::Unpack(
     executor.For(header.Splats, 1 << 14, [&](std::size_t begin, std::size_t end) {
       Read(message, sizeof(Header), begin, end, list.Splats.Data() + first + begin);
       Read(message, layout.Boxes, begin, end, list.Boxes.Data() + first + begin);
+      Read(message, layout.Orders, begin, end, list.Orders.Data() + first + begin);
       Read(message, layout.Levels, begin, end, list.Levels.Data() + first + begin);
       if (footprints)
       {
@@ -285,7 +289,6 @@ void SplatExchange::Unpack(
       for (std::size_t i = first + begin; i < first + end; ++i)
       {
         Splat& splat = list.Splats[i];
-        list.Nears[i] = splat.Near;
         splat.Gradient += HasGradient(splat) ? static_cast<std::int32_t>(first) : 0;
         if (list.Levels[i] == 0)
         {

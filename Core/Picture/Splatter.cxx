@@ -360,8 +360,9 @@ RasterSettings Splatter::ResolveCoarseGrids(const Executor& executor)
 {
   const SplatContext& context = this->Cell;
   const TruncatedGaussian gaussian(context.Settings.Cutoff);
-  RasterSettings settings{ static_cast<float>(gaussian.Support()),
-    this->List.Sum().LargestCoarseColor };
+  const SplatList::Part all = this->List.Sum();
+  RasterSettings settings{ static_cast<float>(gaussian.Support()), all.LargestCoarseColor };
+  settings.LargestDelay = all.LargestDelay;
   if (context.HasLens())
   {
     settings.LensRadius = static_cast<float>(context.Optics.Radius);

@@ -4,7 +4,8 @@
  * Whitted 1985, Rasanen 2002).
  *
  * Splats of one surface overlap in depth. A layer is the union of overlapping z-ranges at one
- * pixel. Splats come by ascending near depth, so that one open layer per pixel is enough:
+ * pixel. Splats come by ascending near depth, so that one open layer per pixel is enough; those of
+ * surfels behind another sheet come later (DepthBehindSheet in Core/Splats/SetupConstants.h):
  *
  *       near ------ splat 1 ------ far
  *                 near --- splat 2 --- far             near - splat 3 - far

@@ -194,6 +194,8 @@ struct RasterSettings
   bool SkipHidden = false; ///< add nothing to opaque blocks
   bool Doubts = false;     ///< sum up PixelTile::Doubted
   bool HasLayers = true;   ///< the tile may have open layers
+  /// Splats begin so far in front of the depth by which they are sorted at most, world units.
+  float LargestDelay = 0.0f;
 
   /// Called on every processor, so not in a target.
   void SetShape(const LensShape& shape)

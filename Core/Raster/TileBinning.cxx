@@ -40,7 +40,7 @@ void ForEachPair(
       if (list.Levels[i] == level)
       {
         ForTiles(list.Boxes[i], tilesX,
-          [&](std::size_t tile) { function(tile, list.Nears[i], static_cast<std::uint32_t>(i)); });
+          [&](std::size_t tile) { function(tile, list.Orders[i], static_cast<std::uint32_t>(i)); });
       }
     }
   }

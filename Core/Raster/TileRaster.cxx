@@ -187,6 +187,7 @@ void TileRaster::TakeRuns(LazySplats& lazy, const std::uint32_t*& run, const std
     }
     ++run;
     const SplatList::Part& part = lazy.Get(wanted);
+    this->Delay = std::max(this->Delay, part.LargestDelay);
     const PixelBox& all = lazy.Box(wanted);
     if (all.X0 >= right || all.X1 <= left || all.Y0 >= top || all.Y1 <= bottom)
     {
@@ -200,7 +201,7 @@ void TileRaster::TakeRuns(LazySplats& lazy, const std::uint32_t*& run, const std
       const PixelBox& box = list.Boxes[i];
       // Negative if all of the differences are.
       const int inside = (box.X0 - right) & (left - box.X1) & (box.Y0 - top) & (bottom - box.Y1);
-      this->Pending[size] = KeyOf(list.Nears[i], static_cast<std::uint32_t>(i));
+      this->Pending[size] = KeyOf(list.Orders[i], static_cast<std::uint32_t>(i));
       size += static_cast<unsigned int>(inside) >> 31;
     }
   }
@@ -294,7 +295,8 @@ bool TileRaster::IsOpaque(float near) const
   return true;
 }
 
-/// IsOpaque() after what waits is added: the batch, and the run, which ends if it is opaque itself.
+/// IsOpaque() for what comes from a depth on, after what waits is added: the batch, and the run,
+/// which ends if it is opaque itself.
 bool TileRaster::BecomesOpaque(float near)
 {
   this->Flush();
@@ -306,7 +308,7 @@ bool TileRaster::BecomesOpaque(float near)
     }
     this->EndRun();
   }
-  return this->IsOpaque(near);
+  return this->IsOpaque(near - this->Delay);
 }
 
 /// The background that shines through the last layers may have any colour.
@@ -332,6 +334,7 @@ float TileRaster::LargestDoubt() const
 void TileRaster::Clear()
 {
   this->Settings.LargestColor = this->LargestCoarseColor;
+  this->Delay = this->Settings.LargestDelay;
   const bool collects = this->Settings.Pass == RasterPass::Collect;
   std::memset(static_cast<void*>(this->Tile.Open), 0, sizeof(this->Tile.Open));
   std::memset(static_cast<void*>(this->Tile.Finished), 0, sizeof(this->Tile.Finished));

@@ -100,9 +100,10 @@ private:
   int Height = 0;
   std::uint64_t Next = 0; // of the tile's binned splats and tents
   std::uint64_t Last = 0;
-  std::vector<std::uint64_t> Pending; // lazy splats: near depth above, index below
+  std::vector<std::uint64_t> Pending; // lazy splats: depth by which they come above, index below
   std::size_t PendingNext = 0;
   float PendingFar = 0.0f; ///< far end of the runs taken so far
+  float Delay = 0.0f;      ///< RasterSettings::LargestDelay, also of the lazy splats so far
   KeySorter Sorter;
   BatchItem Batch[BatchSize]; // of surfels and tents, which wait to be added together
   int BatchCount = 0;

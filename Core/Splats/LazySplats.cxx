@@ -160,7 +160,7 @@ void LazySplats::Prefetch(const Wanted& wanted) const
   // A run has about 16 splats: a cache line of depths, four of boxes.
   constexpr std::size_t boxesPerLine = 64 / sizeof(PixelBox);
   const SplatList::Part& part = this->At(wanted).Part;
-  __builtin_prefetch(&this->List.Nears[part.Begin]);
+  __builtin_prefetch(&this->List.Orders[part.Begin]);
   // Not the part's count, which another thread may be writing. Ancestors fit into a line.
   const std::size_t count = wanted.Coarser ? 1 : this->Runs[wanted.Run].Chosen.Count;
   for (std::size_t i = 0; i < count; i += boxesPerLine)

@@ -14,6 +14,14 @@ namespace SurfelSplatting
 constexpr double DepthExtentAlongZ = 2.0;
 constexpr double DepthExtentIsotropic = 0.5;
 
+/// Two sheets that are close to one another are one layer where they are seen from the side. There
+/// the splats that come first fill it. So those of the sheet behind come later, as if they began
+/// o^2 times this many halves of their z-range farther back, o what of their overlap
+/// (SurfelCloud::OverlapOf) the lens does not leave out (CoveredShare). (Cards and plates one to
+/// seven spacings above a chequered cloth gain 2.4 and 3.9 dB in focus. With 6, they gain up to 0.8
+/// more, but pixels of a lion flash, since noise has overlaps, too.)
+constexpr double DepthBehindSheet = 4.0;
+
 /// The sum of the weights ripples about 1. min(1, sum) loses the part above 1, which would make an
 /// opaque surface slightly dark. The loss decreases with the share of the footprint that comes from
 /// lens and pixel filter, smooth = (h + V_I) / sqrt(det W) in [0, 1]: surfels smaller than a pixel

@@ -298,7 +298,7 @@ SURFELSPLATTING_INLINE void MakeGaussianBatch(
     const Real weight = beyond * (spread + kept * (KeepOpacity(depth, spread) - spread));
     s.Invalid |= s.Alive & (weight != weight);
     s.Alive &= weight >= MinSplatWeight;
-    const SplatDepths<Real> depths{ s.P.Z, s.P.Z, profile.Reach, cell };
+    const SplatDepths<Real> depths{ s.P.Z, s.P.Z, profile.Reach, cell, s.P.Z };
     SplatBatch<Real> batch{ s, blur, f, kernel, places, weight, depths, colors };
     Write(job, index, batch, output);
     MarkGaussians(job, index, batch, inFocus, slopes, output);

@@ -62,8 +62,10 @@ SURFELSPLATTING_INLINE SplatDepths<Real> Depths(
     determinant = plane ? sharp : determinant;
   }
   const Real inverse = 1.0 / determinant;
-  return { surfels.P.Z - halfRange, surfels.P.Z + halfRange, (yy * cx - xy * cy) * inverse,
-    (xx * cy - xy * cx) * inverse };
+  const Real near = surfels.P.Z - halfRange;
+  return { near, surfels.P.Z + halfRange, (yy * cx - xy * cy) * inverse,
+    (xx * cy - xy * cx) * inverse,
+    near + DepthBehindSheet * surfels.Overlap * surfels.Overlap * halfRange };
 }
 
 /// Makes the splats of as many surfels as Real has lanes.
@@ -82,7 +84,9 @@ SURFELSPLATTING_INLINE void MakeBatch(
     const ScreenPlaces<Real> places = PlaceOnScreen(job, s, f.Cell, kernel);
     if (AnyLane<Real>(s.Overlap > 0.0))
     {
-      s.Deposit *= 1.0 - CoveredShare(job, index, s, blur);
+      const Real leftOut = CoveredShare(job, index, s, blur);
+      s.Deposit *= 1.0 - leftOut;
+      s.Overlap -= leftOut;
     }
     const Real weight = Weigh(job, s, f.Smooth, kernel.Peak);
     if (AnyLane<Real>(s.Alive))

@@ -73,11 +73,12 @@ SURFELSPLATTING_INLINE ScreenPlaces<Real> PlaceOnScreen(const SetupJob& job, Pla
   return place;
 }
 
-/// The range and the slope of a splat's depth.
+/// The range and the slope of a splat's depth, and the depth by which it is sorted.
 template <class Real>
 struct SplatDepths
 {
   Real Near, Far, SlopeX, SlopeY;
+  Real Order; ///< >= Near
 };
 
 /// |x| <= limit; false for NaN.
@@ -384,6 +385,16 @@ SURFELSPLATTING_INLINE void WriteFootprints(const FootprintRows<Real>& rows,
     alive, count, first, [&](int l, std::size_t i) { StoreRow(rows.Parts, l, footprints + i); });
 }
 
+/// @param first of the batch's splats
+SURFELSPLATTING_INLINE void NoteDelays(std::size_t first, SplatOutput& output)
+{
+  for (std::size_t i = first; i < output.Count; ++i)
+  {
+    const float delay = output.Orders[i] - output.Splats[i].Near;
+    output.LargestDelay = delay > output.LargestDelay ? delay : output.LargestDelay;
+  }
+}
+
 /// Writes the splats of the lanes that are alive and representable.
 template <class Real>
 SURFELSPLATTING_INLINE void Write(
@@ -395,17 +406,21 @@ SURFELSPLATTING_INLINE void Write(
   alive &= representable;
   const SplatFields<Real> fields(b);
   const RowParts<Real> boxes = b.Places.Boxes();
-  const FloatOf<Real> nears = Narrow<Real>(b.Depths.Near);
+  const FloatOf<Real> orders = Narrow<Real>(b.Depths.Order);
   const std::size_t first = output.Count;
   Splat* const splats = output.Splats;
   PixelBox* const pixels = output.Boxes;
-  float* const depths = output.Nears;
+  float* const depths = output.Orders;
   output.Count = WriteAlive<Real>(alive, index.Count, first, [&](int l, std::size_t i) {
     StoreRow(fields.Parts, l, splats + i);
     boxes.Store(l, pixels + i);
-    depths[i] = LaneAt(nears, l);
+    depths[i] = LaneAt(orders, l);
   });
   output.Blurred += CountLanes<Real>(alive & (b.Blur.ConfusionX > 0.0));
+  if (AnyLane<Real>(alive & (b.Depths.Order > b.Depths.Near)))
+  {
+    NoteDelays(first, output);
+  }
   NoteGrids(alive, b.Footprints.Cell, first, output);
   if (AnyLane<Real>(alive & b.Footprints.Tilted))
   {

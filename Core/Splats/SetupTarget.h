@@ -71,7 +71,7 @@ struct SplatOutput
 {
   Splat* Splats;
   PixelBox* Boxes;
-  float* Nears;
+  float* Orders;
   LensFootprint* Footprints; ///< or null
   unsigned char* GridLevels; ///< or null: all splats are on the picture itself
   SplatGradient* Gradients;  ///< of the whole list
@@ -79,6 +79,7 @@ struct SplatOutput
   std::size_t Count = 0, NumberOfGradients = 0, Invalid = 0, Blurred = 0;
   unsigned int Levels = 0;         ///< bit l: some are on the grid of level l
   float LargestCoarseColor = 0.0f; ///< of splats on coarse grids, all channels
+  float LargestDelay = 0.0f;       ///< SplatList::Part
 };
 
 struct SetupTarget

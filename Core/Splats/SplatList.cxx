@@ -68,7 +68,7 @@ void SplatList::Clear(bool footprints)
   this->Parts.clear();
   this->Splats.Clear();
   this->Boxes.Clear();
-  this->Nears.Clear();
+  this->Orders.Clear();
   this->Gradients.Clear();
   this->Levels.Clear();
   this->ResizeTents(0);
@@ -78,7 +78,7 @@ void SplatList::Resize(std::size_t size)
 {
   this->Splats.Resize(size);
   this->Boxes.Resize(size);
-  this->Nears.Resize(size);
+  this->Orders.Resize(size);
   this->Gradients.Resize(size);
   this->Footprints.Resize(this->HasFootprints ? size : 0);
   this->Levels.Resize(size);
@@ -96,7 +96,7 @@ SplatOutput SplatList::OutputAt(std::size_t begin)
   SplatOutput output;
   output.Splats = &this->Splats[begin];
   output.Boxes = &this->Boxes[begin];
-  output.Nears = &this->Nears[begin];
+  output.Orders = &this->Orders[begin];
   output.Footprints = this->HasFootprints ? &this->Footprints[begin] : nullptr;
   output.GridLevels = &this->Levels[begin];
   output.Gradients = this->Gradients.Data();
@@ -110,6 +110,7 @@ void SplatList::Part::Take(const SplatOutput& output)
   this->Invalid = output.Invalid;
   this->Blurred = output.Blurred;
   this->LargestCoarseColor = output.LargestCoarseColor;
+  this->LargestDelay = output.LargestDelay;
   this->Levels = output.Levels;
 }
 
@@ -120,7 +121,7 @@ void SplatList::Add(const Splat& splat, const PixelBox& box)
   this->Levels[i] = 0;
   this->Splats[i] = splat;
   this->Boxes[i] = box;
-  this->Nears[i] = splat.Near;
+  this->Orders[i] = splat.Near;
   this->Parts.push_back({ i, 1, 0, 0, 0.0f, 1 });
 }
 
@@ -133,6 +134,7 @@ SplatList::Part SplatList::Sum() const
     sum.Invalid += part.Invalid;
     sum.Blurred += part.Blurred;
     sum.LargestCoarseColor = std::max(sum.LargestCoarseColor, part.LargestCoarseColor);
+    sum.LargestDelay = std::max(sum.LargestDelay, part.LargestDelay);
     sum.Levels |= part.Levels;
   }
   return sum;

@@ -35,6 +35,7 @@ struct SplatList
     std::size_t Blurred = 0;         ///< by the lens
     float LargestCoarseColor = 0.0f; ///< of splats on coarse grids, all channels
     unsigned int Levels = 0;         ///< bit l: some are on the grid of level l (CoarseGrid.h)
+    float LargestDelay = 0.0f;       ///< of Orders over Splat::Near
 
     void Take(const SplatOutput& output);
   };
@@ -42,7 +43,8 @@ struct SplatList
   std::vector<Part> Parts; ///< in the order of the surfels
   Buffer<Splat> Splats;
   Buffer<PixelBox> Boxes;
-  Buffer<float> Nears;              ///< copies of Splat::Near, close together for sorting
+  Buffer<float> Orders;             ///< depths by which they are sorted: Splat::Near, but of
+                                    ///< surfels behind another sheet more (SetupConstants.h)
   Buffer<SplatGradient> Gradients;  ///< of the splats that have one
   Buffer<LensFootprint> Footprints; ///< of all splats if there is a lens; else empty
   Buffer<unsigned char> Levels;     ///< of the coarse grid that a splat is on; 0: the picture

@@ -17,6 +17,7 @@ constexpr double Epsilon = 0x1p-24; // half a unit in the last place of a float 
 struct Fragment
 {
   ReferenceFragment Values;
+  double Order;      ///< depth by which they are sorted
   double Error;      ///< of the weight, relative
   double DepthError; ///< world units
   double PointError; ///< of the point of the lens
@@ -59,6 +60,7 @@ Fragment MakeFragment(
       std::abs(s.DepthY) * (std::abs(s.Y) + 32.0));
   const double steepest = std::max(std::abs(s.PerPixel[0][0]), std::abs(s.PerPixel[1][1]));
   f.PointError = 8.0 * Epsilon * (0.25 + steepest * (std::abs(s.X) + std::abs(s.Y) + 64.0));
+  f.Order = s.Order;
   v.Near = s.Near;
   v.Far = s.Far;
   const double area = s.Area + s.AreaX * dx + s.AreaY * dy;
@@ -96,7 +98,7 @@ std::vector<Fragment> CollectFragments(const std::vector<ReferenceSplat>& splats
     }
   }
   std::stable_sort(fragments.begin(), fragments.end(),
-    [](const Fragment& a, const Fragment& b) { return a.Values.Near < b.Values.Near; });
+    [](const Fragment& a, const Fragment& b) { return a.Order < b.Order; });
   return fragments;
 }
 

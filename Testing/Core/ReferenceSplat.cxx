@@ -149,10 +149,10 @@ void ReferenceColor(const SplatContext& context, const SurfelCloud& cloud, std::
   splat.Opacity = std::clamp(rgba[3], 0.0, 1.0);
 }
 
-/// Depth range and slope: extended depth test of ABuffer.h, with the values of DepthExtentAlongZ
-/// and DepthExtentIsotropic in SetupConstants.h.
-void ReferenceDepth(
-  const CameraSurfel& s, const Vector3 rows[2], const double w[2][2], ReferenceSplat& splat)
+/// Depth range, order and slope: extended depth test of ABuffer.h, with the values of
+/// DepthExtentAlongZ, DepthExtentIsotropic and DepthBehindSheet in SetupConstants.h.
+void ReferenceDepth(const CameraSurfel& s, double overlap, const Vector3 rows[2],
+  const double w[2][2], ReferenceSplat& splat)
 {
   const double alongZ = std::sqrt(std::max(0.0, s.Covariance[2][2]));
   const double longest = std::sqrt(LargestEigenvalue(s.Covariance));
@@ -160,6 +160,7 @@ void ReferenceDepth(
   splat.Depth = s.Position[2];
   splat.Near = splat.Depth - half;
   splat.Far = splat.Depth + half;
+  splat.Order = splat.Near + 4.0 * overlap * overlap * half;
   const double det = w[0][0] * w[1][1] - w[0][1] * w[0][1];
   const double cx = Dot(rows[0], s.Covariance[2]), cy = Dot(rows[1], s.Covariance[2]);
   splat.DepthX = (w[1][1] * cx - w[0][1] * cy) / det;
@@ -404,7 +405,8 @@ bool MakeReferenceSplat(
   const double blurred = std::sqrt(lensX * lensY);
   const double share =
     blurred > 0.0 ? blurred / (blurred + h + spacing * (1.0 / 12.0 + 0.0784)) : 0.0;
-  deposit *= 1.0 - share * share * (cloud.Overlaps ? cloud.Overlaps[i] / 255.0 : 0.0);
+  const double overlap = cloud.Overlaps ? cloud.Overlaps[i] / 255.0 : 0.0;
+  deposit *= 1.0 - share * share * overlap;
   SetKernel(deposit * ReferenceRippleCompensation(smooth, cosine), det, c, splat);
   splat.X = view.Fx * p[0] / (view.Parallel ? 1.0 : p[2]) + view.Cx;
   splat.Y = view.Fy * p[1] / (view.Parallel ? 1.0 : p[2]) + view.Cy;
@@ -416,7 +418,7 @@ bool MakeReferenceSplat(
       { -w[1][0] / det, w[0][0] / det } };
     SetLens(lens, inverse, sign * std::sqrt(cx * cy), splat);
   }
-  ReferenceDepth(s, rows, w, splat);
+  ReferenceDepth(s, overlap * (1.0 - share * share), rows, w, splat);
   ReferenceColor(context, cloud, i, s, back, splat);
   return true;
 }

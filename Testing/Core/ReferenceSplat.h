@@ -21,6 +21,7 @@ struct ReferenceSplat
   double W[2][2];         ///< covariance of the untruncated Gaussian, W / tau
   double Inverse[2][2];   ///< its inverse
   double Near, Far, Depth, DepthX, DepthY;
+  double Order; ///< depth by which they are sorted
   double Point[2] = { 0, 0 }, PerPixel[2][2] = { { 0, 0 }, { 0, 0 } }; ///< of the lens
   double Area = 1, AreaX = 0, AreaY = 0, Back = 0;
   double Color[3], Opacity;

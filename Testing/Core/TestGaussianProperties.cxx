@@ -507,7 +507,7 @@ bool ContainsSplats(const CutRange& run, const CutRange& drawn, const SplatMaker
   {
     const PixelBox& box = list.Boxes[i];
     if (box.X0 < run.Box.X0 || box.Y0 < run.Box.Y0 || box.X1 > run.Box.X1 || box.Y1 > run.Box.Y1 ||
-      list.Nears[i] < run.Near)
+      list.Orders[i] < run.Near)
     {
       return false;
     }

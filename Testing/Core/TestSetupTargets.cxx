@@ -10,6 +10,7 @@
 #include "Testing/Shared/Check.h"
 
 #include <array>
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <string>
@@ -24,14 +25,14 @@ struct Output
   explicit Output(std::size_t size, bool footprints)
     : Splats(size)
     , Boxes(size)
-    , Nears(size)
+    , Orders(size)
     , Footprints(size)
     , GridLevels(size)
     , Gradients(size)
   {
     this->To.Splats = this->Splats.data();
     this->To.Boxes = this->Boxes.data();
-    this->To.Nears = this->Nears.data();
+    this->To.Orders = this->Orders.data();
     this->To.Footprints = footprints ? this->Footprints.data() : nullptr;
     this->To.GridLevels = this->GridLevels.data();
     this->To.Gradients = this->Gradients.data();
@@ -40,7 +41,7 @@ struct Output
 
   std::vector<Splat> Splats;
   std::vector<PixelBox> Boxes;
-  std::vector<float> Nears;
+  std::vector<float> Orders;
   std::vector<LensFootprint> Footprints;
   std::vector<unsigned char> GridLevels;
   std::vector<SplatGradient> Gradients;
@@ -102,7 +103,8 @@ void Compare(const SetupTarget& kernel, const SplatContext& context, const Surfe
     }
     a.Gradient = b.Gradient = 0;
     CheckFields(a, b, "splat");
-    CHECK(actual.Nears[i] == actual.Splats[i].Near);
+    CHECK(actual.Orders[i] >= actual.Splats[i].Near);
+    CHECK_NEAR(actual.Orders[i], expected.Orders[i], 3e-7 * std::abs(expected.Orders[i]));
     CHECK(std::memcmp(&actual.Boxes[i], &expected.Boxes[i], sizeof(PixelBox)) == 0);
     CHECK(actual.GridLevels[i] == expected.GridLevels[i]);
     if (context.HasLens())
