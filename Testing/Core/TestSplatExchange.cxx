@@ -37,6 +37,7 @@ TestCloud MakeCloud(std::uint64_t seed, int count)
     s.Color = { { static_cast<float>(random.Uniform(0, 1)),
       static_cast<float>(random.Uniform(0, 1)), 0.1f, 1.0f } };
     s.TwoSided = true;
+    s.Overlap = random.Integer(0, 255); // these come out of the order of their near depths
     cloud.Add(s);
   }
   return cloud;
