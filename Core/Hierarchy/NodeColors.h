@@ -5,11 +5,12 @@
  * A node with only its mean colour spreads it over its whole extent, so that a blurred texture
  * loses contrast. The first moment tells which side of the node is lighter:
  *
- *   c_0 = sum m c / sum m                    (c colour of the leaves, m = a o (1 - v) u)
+ *   c_0 = sum m c / sum m                    (c colour of the leaves, m = a o u)
  *   H   = sum m (c - c_0) (x - p)' / sum m   (three colours by three coordinates)
  *
- * a is a leaf's area, o its opacity, v its overlap (SurfelCloud::OverlapOf), and u what of it no
- * other sheet covers (SheetOverlap.h): what another sheet covers does not shine through it.
+ * a is a leaf's area, o its opacity, and u what of it no other sheet covers: 1 less its overlap
+ * (SurfelCloud::OverlapOf), times FindUncovered (SheetOverlap.h). A wall does not shine through
+ * what hangs on it.
  *
  * Two children are joined by c_0 = f_a c_a + f_b c_b and
  *   H   = f_a H_a + f_b H_b + f_a f_b (c_a - c_b) (p_a - p_b)',    f their shares of sum m.

@@ -310,4 +310,10 @@ public:
 private:
   vtkNew<vtkCallbackCommand> Command;
 };
+
+/// The value below which this share of the values lies.
+inline double AtShare(const std::vector<double>& sorted, double share)
+{
+  return sorted[static_cast<size_t>(share * (sorted.size() - 1))];
+}
 }
