@@ -44,67 +44,70 @@ public:
 
   TileTents* To = nullptr;
 
-  void Receive(int x, int y, const PixelTile& tile, int block, int lane) override
+  void Receive(const CellLayers& layers) override
   {
-    const PixelBox box = BoxOfTent(x, y, this->Grid);
-    if (IsEmpty(box) || !this->Grid.Drawn.Touch(box))
+    for (unsigned int left = layers.Lanes; left != 0; left &= left - 1)
+    {
+      const int lane = __builtin_ctz(left);
+      const int x = layers.X + lane % BlockSize, y = layers.Y + lane / BlockSize;
+      const PixelBox box = BoxOfTent(x, y, this->Grid);
+      if (!IsEmpty(box) && this->Grid.Drawn.Touch(box))
+      {
+        // Written where it stays: a copy would wait for each of its fields.
+        Tent& t = this->To->Add();
+        t.Box = box;
+        t.X = static_cast<float>(x) * this->CellSize;
+        t.Y = static_cast<float>(y) * this->CellSize;
+        t.InverseCell = 1.0f / this->CellSize;
+        this->Add(
+          layers, lane, t, static_cast<std::uint32_t>(y % TileSize * TileSize + x % TileSize));
+      }
+    }
+  }
+
+private:
+  /// @param t has its place, and is the last one
+  void Add(const CellLayers& layers, int lane, Tent& t, std::uint32_t cell)
+  {
+    const CellLayer layer{ layers.Tile.Open[layers.Block], layers.Tile.Coarse[layers.Block], lane };
+    SetMeans(layers.Tents, lane, t);
+    t.Weight = layer.Open.Weight[lane];
+    t.Near = layers.Tents.Near[lane];
+    t.Far = layers.Tents.Far[lane];
+    t.Depth = layers.Tents.Depth[lane];
+    this->SetPlace(cell, t.Near);
+    if ((layers.Tents.MayBeTwo >> lane & 1) == 0)
     {
       return;
     }
-    const OpenLayers& open = tile.Open[block];
-    const LayerDepths depths = DepthsOf(open, tile.Coarse[block], lane);
-    // Written where it stays: a copy would wait for each of its fields.
-    Tent& t = this->To->Add();
-    t.Box = box;
-    t.X = static_cast<float>(x) * this->CellSize;
-    t.Y = static_cast<float>(y) * this->CellSize;
-    t.InverseCell = 1.0f / this->CellSize;
-    SetColor(open, tile.Lens[block], lane, t);
-    SetCovariances(open, tile.Coarse[block], lane, t);
-    const auto cell = static_cast<std::uint32_t>(y % TileSize * TileSize + x % TileSize);
-    const LayerPart whole = WholeLayer(depths);
+    const LayerDepths depths = DepthsOf(layer);
     TwoNormals surfaces;
     LayerPart parts[2];
-    if (!SplitLayer(depths, whole, surfaces, parts))
+    if (!SplitLayer(depths, { t.Weight, t.Depth, t.Near, t.Far }, surfaces, parts))
     {
-      this->Place(t, whole, cell);
       return;
     }
     const Tent all = t;
     Tent back = t;
-    const CellLayer layer{ open, tile.Coarse[block], lane };
     SplitColors(layer, depths, surfaces, t, back);
     SplitPoints(layer, depths, surfaces, all, t, back);
     this->Place(t, parts[0], cell);
     this->Place(this->To->Add() = back, parts[1], cell);
   }
 
-private:
+  /// Where the last tent belongs.
+  void SetPlace(std::uint32_t cell, float near)
+  {
+    this->To->Places[this->To->Places.Size() - 1] = { cell, near };
+  }
+
   void Place(Tent& t, const LayerPart& part, std::uint32_t cell)
   {
     t.Weight = part.Weight;
     t.Depth = part.Depth;
     t.Near = part.Near;
     t.Far = part.Far;
-    this->To->Places[this->To->Places.Size() - 1] = { cell, part.Near };
-  }
-
-  static LayerDepths DepthsOf(const OpenLayers& open, const CoarseLayers& c, int l)
-  {
-    const float weight = open.Weight[l], first = open.Depth[l];
-    return { weight, c.Near[l] + first / weight, first, c.SquaredDepth[l], c.CubedDepth[l],
-      c.FourthDepth[l], c.HalfRange[l] / weight };
-  }
-
-  static void SetColor(const OpenLayers& open, const LensLayers& lens, int l, Tent& t)
-  {
-    const float inverse = open.Opacity[l] > 0.0f ? 1.0f / open.Opacity[l] : 0.0f;
-    t.Opacity = open.Opacity[l] / open.Weight[l];
-    t.Red = open.Red[l] * inverse;
-    t.Green = open.Green[l] * inverse;
-    t.Blue = open.Blue[l] * inverse;
-    t.PointX = lens.FillX[l] / open.Weight[l];
-    t.PointY = lens.FillY[l] / open.Weight[l];
+    this->SetPlace(cell, part.Near);
   }
 
   /// A layer of a cell.
@@ -114,6 +117,34 @@ private:
     const CoarseLayers& Coarse;
     int Lane;
   };
+
+  static LayerDepths DepthsOf(const CellLayer& layer)
+  {
+    const CoarseLayers& c = layer.Coarse;
+    const int l = layer.Lane;
+    const float weight = layer.Open.Weight[l], first = layer.Open.Depth[l];
+    return { weight, c.Near[l] + first / weight, first, c.SquaredDepth[l], c.CubedDepth[l],
+      c.FourthDepth[l], c.HalfRange[l] / weight };
+  }
+
+  static void SetMeans(const CellTents& from, int l, Tent& t)
+  {
+    t.Red = from.Red[l];
+    t.Green = from.Green[l];
+    t.Blue = from.Blue[l];
+    t.Opacity = from.Opacity[l];
+    t.PointX = from.PointX[l];
+    t.PointY = from.PointY[l];
+    t.RedX = from.RedX[l];
+    t.RedY = from.RedY[l];
+    t.GreenX = from.GreenX[l];
+    t.GreenY = from.GreenY[l];
+    t.BlueX = from.BlueX[l];
+    t.BlueY = from.BlueY[l];
+    t.XX = from.XX[l];
+    t.XY = from.XY[l];
+    t.YY = from.YY[l];
+  }
 
   /// @param front,back have the layer's colours and opacity
   static void SplitColors(const CellLayer& layer, const LayerDepths& depths,
@@ -177,20 +208,6 @@ private:
     leave(&Tent::XX, &Tent::PointX, &Tent::PointX);
     leave(&Tent::XY, &Tent::PointX, &Tent::PointY);
     leave(&Tent::YY, &Tent::PointY, &Tent::PointY);
-  }
-
-  static void SetCovariances(const OpenLayers& open, const CoarseLayers& c, int l, Tent& t)
-  {
-    const float inverse = open.Opacity[l] > 0.0f ? 1.0f / open.Opacity[l] : 0.0f;
-    t.RedX = c.RedX[l] * inverse - t.Red * t.PointX;
-    t.RedY = c.RedY[l] * inverse - t.Red * t.PointY;
-    t.GreenX = c.GreenX[l] * inverse - t.Green * t.PointX;
-    t.GreenY = c.GreenY[l] * inverse - t.Green * t.PointY;
-    t.BlueX = c.BlueX[l] * inverse - t.Blue * t.PointX;
-    t.BlueY = c.BlueY[l] * inverse - t.Blue * t.PointY;
-    t.XX = c.XX[l] * inverse - t.PointX * t.PointX;
-    t.XY = c.XY[l] * inverse - t.PointX * t.PointY;
-    t.YY = c.YY[l] * inverse - t.PointY * t.PointY;
   }
 
   const Level& Grid;

@@ -10,6 +10,7 @@
 #pragma once
 
 #include "Core/Lens/LayerLeaks.h"
+#include "Core/Raster/CellTents.h"
 #include "Core/Raster/RasterTarget.h"
 #include "Core/Simd/Lanes.h"
 
@@ -479,10 +480,13 @@ SURFELSPLATTING_INLINE void CollectLayers(
   CoarseLayers& c = tile.Coarse[block];
   const Lanes color =
     Larger(Larger(Lanes::Load(open.Red), Lanes::Load(open.Green)), Lanes::Load(open.Blue));
-  const LaneMask kept = chosen & (Larger(Lanes::Load(open.Weight), color) > least);
+  const Lanes weight = Lanes::Load(open.Weight);
+  const LaneMask kept = chosen & (weight > 0.0f) & (Larger(weight, color) > least);
   if (Any(kept))
   {
-    callbacks.Closed(callbacks.User, tile, block, kept.ToBits());
+    CellTents tents;
+    MakeTents(tile, block, tents);
+    callbacks.Closed(callbacks.User, tile, block, kept.ToBits(), tents);
   }
   float* const sums[] = { open.Weight, open.Opacity, open.Depth, open.Red, open.Green, open.Blue,
     lens.FillX, lens.FillY, c.RedX, c.RedY, c.GreenX, c.GreenY, c.BlueX, c.BlueY, c.XX, c.XY, c.YY,

@@ -157,6 +157,18 @@ struct alignas(64) LeakedLayers
   float Spread[PixelsPerBlock];   ///< VisibleLayer::Spread
 };
 
+/// The tents of a block's cells (Tent.h), but for what follows from their places.
+struct alignas(64) CellTents
+{
+  float Near[PixelsPerBlock], Far[PixelsPerBlock], Depth[PixelsPerBlock];
+  float Red[PixelsPerBlock], Green[PixelsPerBlock], Blue[PixelsPerBlock], Opacity[PixelsPerBlock];
+  float PointX[PixelsPerBlock], PointY[PixelsPerBlock];
+  float RedX[PixelsPerBlock], RedY[PixelsPerBlock], GreenX[PixelsPerBlock], GreenY[PixelsPerBlock];
+  float BlueX[PixelsPerBlock], BlueY[PixelsPerBlock];
+  float XX[PixelsPerBlock], XY[PixelsPerBlock], YY[PixelsPerBlock];
+  unsigned int MayBeTwo; ///< lanes whose layers may be two surfaces (TwoSurfaces.h)
+};
+
 /// Functions that are called with the lanes (bit l: pixel l) of a block. Null ones are not called.
 struct RasterCallbacks
 {
@@ -166,7 +178,8 @@ struct RasterCallbacks
     void* user, const PixelTile& tile, int block, unsigned int lanes, const LeakedLayers& leaked);
   /// For layers of a coarse grid that are about to be emptied, unless they are too light to be
   /// seen. Required by RasterPass::Collect.
-  void (*Closed)(void* user, const PixelTile& tile, int block, unsigned int lanes);
+  void (*Closed)(
+    void* user, const PixelTile& tile, int block, unsigned int lanes, const CellTents& tents);
 };
 
 /// The buffer that the raster adds splats to.

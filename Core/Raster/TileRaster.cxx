@@ -522,15 +522,14 @@ void TileRaster::ForPixels(int block, unsigned int lanes, Function&& function) c
   }
 }
 
-void TileRaster::SendCells(void* self, const PixelTile& tile, int block, unsigned int lanes)
+void TileRaster::SendCells(
+  void* self, const PixelTile& tile, int block, unsigned int lanes, const CellTents& tents)
 {
   const auto* raster = static_cast<const TileRaster*>(self);
-  raster->ForPixels(block, lanes, [&](int x, int y, int l) {
-    if (tile.Open[block].Weight[l] > 0.0f)
-    {
-      raster->Cells->Receive(x, y, tile, block, l);
-    }
-  });
+  unsigned int inside = 0;
+  raster->ForPixels(block, lanes, [&](int, int, int l) { inside |= 1u << l; });
+  raster->Cells->Receive(
+    { tile, block, raster->BlockX(block), raster->BlockY(block), inside, tents });
 }
 
 void TileRaster::SendToSink(void* self, const PixelTile& /* tile */, int block, unsigned int lanes,

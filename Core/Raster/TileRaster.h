@@ -19,14 +19,22 @@
 
 namespace SurfelSplatting
 {
+/// Layers of the cells of a coarse grid's block.
+struct CellLayers
+{
+  const PixelTile& Tile;
+  int Block;
+  int X, Y;           ///< the cell of lane 0
+  unsigned int Lanes; ///< those that have a layer, of which the weight is > 0
+  const CellTents& Tents;
+};
+
 /// Receives the layers of a coarse grid's cells.
 class CellSink
 {
 public:
   virtual ~CellSink() = default;
-
-  /// @param lane pixel of the block; its weight is > 0
-  virtual void Receive(int x, int y, const PixelTile& tile, int block, int lane) = 0;
+  virtual void Receive(const CellLayers& layers) = 0;
 };
 
 class TileRaster
@@ -72,7 +80,8 @@ private:
   void ForPixels(int block, unsigned int lanes, Function&& function) const;
   static void SendToSink(
     void* self, const PixelTile& tile, int block, unsigned int lanes, const LeakedLayers& leaked);
-  static void SendCells(void* self, const PixelTile& tile, int block, unsigned int lanes);
+  static void SendCells(
+    void* self, const PixelTile& tile, int block, unsigned int lanes, const CellTents& tents);
   int BlockX(int block) const { return this->OriginX + block % BlocksPerRow * BlockSize; }
   int BlockY(int block) const { return this->OriginY + block / BlocksPerRow * BlockSize; }
   void Add(const SplatList& list, std::size_t i);

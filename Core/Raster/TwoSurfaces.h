@@ -20,37 +20,13 @@
 #pragma once
 
 #include "Core/Lens/LensVisibility.h"
+#include "Core/Raster/LayerDepths.h"
 
 #include <algorithm>
 #include <cmath>
 
 namespace SurfelSplatting
 {
-/// Depths of the splats of a layer along the view direction, world units.
-struct LayerDepths
-{
-  float Weight; ///< sum w, > 0
-  float Mean;   ///< of the depths
-  /// Sums of w (z - n), w (z - n)^2, ..., n the near end of the splats' z-ranges.
-  float First, Squared, Cubed, Fourth;
-  float HalfRange; ///< mean of (far - near) / 2 of the splats, > 0
-};
-
-/// A layer, or one of its two surfaces.
-struct LayerPart
-{
-  float Weight;    ///< sum w
-  float Depth;     ///< mean
-  float Near, Far; ///< z-range of most of it
-};
-
-/// Deviations in half a z-range. An even range would have sqrt(3); longer ranges merge surfaces of
-/// scans.
-constexpr float RangePerDeviation = 1.4f;
-
-/// Error of a depth, a float, over the depth.
-constexpr float DepthRounding = 5e-7f;
-
 /// A layer is one surface if its deviation is shorter than so many errors of its depth.
 constexpr double LeastErrors = 200.0;
 
@@ -62,33 +38,12 @@ constexpr double MostDeviations = 8.0;
 /// world units. (Of more than 4e9 units they are infinite, and it is one as well.)
 constexpr float SmallestFourthPower = 1e-30f;
 
-/// Up to this r a layer is one surface; the gap opens from there to r = 1. An even range, such as a
-/// floor's, has 0.775. (A floor and the wall that it meets may have 0.89; TestCoarseGrid.cxx looks
-/// at such a corner.) Where all of the gap counts from 0.9 on, neighbouring cells differ more: a
-/// lion at 100 px has seams of 14 levels instead of 10.
-constexpr float LeastApart = 0.8f;
-
-/// The same for the lighter surface's share of the weight: tails of kernels are light, and with
-/// 0.05 a bunny at 36 px without level of detail loses 0.2 dB.
+/// What LeastApart is for r, for the lighter surface's share of the weight: tails of kernels are
+/// light, and with 0.05 a bunny at 36 px without level of detail loses 0.2 dB.
 constexpr float LeastPart = 0.1f, FullPart = 0.2f;
 
 /// From this weight of the lighter one on, all of the gap counts.
 constexpr float WeightOfGap = 0.03f;
-
-/// Variance of the depths.
-inline float VarianceOf(const LayerDepths& layer)
-{
-  const float mean = layer.First / layer.Weight;
-  return std::max(layer.Squared / layer.Weight - mean * mean, 0.0f);
-}
-
-/// The layer as one surface. Splats of hardly any weight do not make its z-range longer.
-inline LayerPart WholeLayer(const LayerDepths& layer)
-{
-  const float half =
-    layer.HalfRange + RangePerDeviation * std::sqrt(VarianceOf(layer)) + DepthRounding * layer.Mean;
-  return { layer.Weight, layer.Mean, layer.Mean - half, layer.Mean + half };
-}
 
 /// The mixture with the layer's first four moments.
 struct TwoNormals

@@ -68,11 +68,18 @@ class RecordingCells : public CellSink
 public:
   std::vector<CellLayer> Layers[Size * Size];
 
-  void Receive(int x, int y, const PixelTile& tile, int block, int l) override
+  void Receive(const CellLayers& layers) override
   {
-    const OpenLayers& open = tile.Open[block];
-    this->Layers[y * Size + x].push_back(
-      { tile.Coarse[block].Near[l], open.Weight[l], open.Red[l], open.Depth[l] });
+    const OpenLayers& open = layers.Tile.Open[layers.Block];
+    for (int l = 0; l < PixelsPerBlock; ++l)
+    {
+      if ((layers.Lanes >> l & 1) != 0)
+      {
+        const int x = layers.X + l % BlockSize, y = layers.Y + l / BlockSize;
+        this->Layers[y * Size + x].push_back(
+          { layers.Tile.Coarse[layers.Block].Near[l], open.Weight[l], open.Red[l], open.Depth[l] });
+      }
+    }
   }
 
   /// @return the layers of a stream, for each pixel

@@ -381,7 +381,8 @@ struct Cells
          SquaredDepth = 0, CubedDepth = 0, FourthDepth = 0, OpacityDepth = 0, RedDepth = 0,
          Near = 0;
 
-  static void Closed(void* self, const PixelTile& tile, int block, unsigned int lanes)
+  static void Closed(
+    void* self, const PixelTile& tile, int block, unsigned int lanes, const CellTents& /* tents */)
   {
     auto* cells = static_cast<Cells*>(self);
     if (block == 0 && (lanes & 1) != 0 && tile.Open[0].Weight[0] > 0.0f)
