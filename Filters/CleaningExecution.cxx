@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/CleaningExecution.h"
 
+#include "Filters/Arrays/InputArrays.h"
+#include "Filters/Arrays/PointColors.h"
 #include "Filters/Cleaning/CleaningProblem.h"
 #include "Filters/Cleaning/DepthSteps.h"
 #include "Filters/Cleaning/NearCopies.h"
 #include "Filters/Cleaning/ScanRegistration.h"
 #include "Filters/Cleaning/Smoothing.h"
 #include "Filters/Cleaning/StrayPoints.h"
-#include "Filters/Common/InputArrays.h"
-#include "Filters/Common/LocalCloud.h"
-#include "Filters/Common/PointColors.h"
+#include "Filters/Neighbors/LocalCloud.h"
 
 #include "vtkDataArray.h"
 #include "vtkFloatArray.h"

@@ -5,10 +5,10 @@
  */
 #pragma once
 
-#include "Filters/Common/NeighborGraph.h"
-#include "Filters/Common/PointColors.h"
+#include "Filters/Arrays/PointColors.h"
 #include "Filters/Common/StageProgress.h"
 #include "Filters/Common/VectorMath.h"
+#include "Filters/Neighbors/NeighborGraph.h"
 #include "Filters/Partition/PartitionedCloud.h"
 
 #include "vtkSmartPointer.h"

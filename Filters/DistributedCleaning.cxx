@@ -2,9 +2,9 @@
 #include "Filters/CleaningExecution.h"
 
 #include "Core/Base/Ranks.h"
+#include "Filters/Arrays/InputArrays.h"
+#include "Filters/Arrays/PointColors.h"
 #include "Filters/Cleaning/CleaningProblem.h"
-#include "Filters/Common/InputArrays.h"
-#include "Filters/Common/PointColors.h"
 #include "Filters/Partition/PartitionedSurfels.h"
 
 #include "vtkDataArray.h"

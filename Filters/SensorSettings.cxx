@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/SensorSettings.h"
 
-#include "Filters/Common/ScanSensor.h"
+#include "Filters/Arrays/ScanSensor.h"
 #include "vtkPointCloudCleaning.h"
 #include "vtkSurfelEstimation.h"
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkPointCloudCleaning.h"
 
+#include "Filters/Arrays/InputArrays.h"
+#include "Filters/Arrays/PointCells.h"
+#include "Filters/Arrays/SurfelOutput.h"
 #include "Filters/CleaningExecution.h"
 #include "Filters/Common/AvailableMemory.h"
-#include "Filters/Common/InputArrays.h"
-#include "Filters/Common/PointCells.h"
-#include "Filters/Common/SurfelOutput.h"
 #include "Parallel/ControllerRanks.h"
 
 #include "vtkIdList.h"

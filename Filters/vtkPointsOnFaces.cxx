@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkPointsOnFaces.h"
 
+#include "Filters/Arrays/InputArrays.h"
 #include "Filters/Common/FaceLimit.h"
-#include "Filters/Common/InputArrays.h"
 #include "Filters/Meshes/FaceSamples.h"
 #include "Filters/Meshes/MeshParts.h"
 #include "Filters/Meshes/MeshTriangles.h"

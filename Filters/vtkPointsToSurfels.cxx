@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkPointsToSurfels.h"
 
+#include "Filters/Arrays/ScanSensor.h"
+#include "Filters/Arrays/SurfelOutput.h"
 #include "Filters/Common/AvailableMemory.h"
 #include "Filters/Common/Intrinsics.h"
-#include "Filters/Common/NeighborGraph.h"
-#include "Filters/Common/ScanSensor.h"
 #include "Filters/Common/StageProgress.h"
-#include "Filters/Common/SurfelOutput.h"
 #include "Filters/Common/WorkerListener.h"
+#include "Filters/Neighbors/NeighborGraph.h"
 #include "Filters/SensorSettings.h"
 #include "Parallel/ControllerRanks.h"
 #include "vtkPointCloudCleaning.h"

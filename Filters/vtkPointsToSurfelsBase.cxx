@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkPointsToSurfelsBase.h"
 
-#include "Filters/Common/InputArrays.h"
-#include "Filters/Common/ScanSensor.h"
+#include "Filters/Arrays/InputArrays.h"
+#include "Filters/Arrays/ScanSensor.h"
 #include "Filters/Scanners/ScanOrder.h"
 #include "vtkPointCloudCleaning.h"
 #include "vtkSurfelEstimation.h"

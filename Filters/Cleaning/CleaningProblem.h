@@ -5,8 +5,8 @@
  */
 #pragma once
 
-#include "Filters/Common/NeighborGraph.h"
 #include "Filters/Common/VectorMath.h"
+#include "Filters/Neighbors/NeighborGraph.h"
 
 #include <functional>
 #include <vector>

@@ -11,8 +11,8 @@
  */
 #pragma once
 
-#include "Filters/Common/ColorVariogram.h"
 #include "Filters/Common/VectorMath.h"
+#include "Filters/Neighbors/ColorVariogram.h"
 
 namespace SurfelGeometry
 {

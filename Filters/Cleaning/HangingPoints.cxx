@@ -4,8 +4,8 @@
 #include "Filters/Cleaning/CleaningProblem.h"
 #include "Filters/Cleaning/LocalQuadric.h"
 #include "Filters/Cleaning/PointSpread.h"
-#include "Filters/Common/NeighborGraph.h"
-#include "Filters/Common/NeighborSearch.h"
+#include "Filters/Neighbors/NeighborGraph.h"
+#include "Filters/Neighbors/NeighborSearch.h"
 
 #include "vtkDataArray.h"
 

@@ -7,9 +7,9 @@
 #pragma once
 
 #include "Filters/Cleaning/PointSpread.h"
-#include "Filters/Common/LocalCloud.h"
-#include "Filters/Common/Neighbors.h"
 #include "Filters/Common/VectorMath.h"
+#include "Filters/Neighbors/LocalCloud.h"
+#include "Filters/Neighbors/Neighbors.h"
 
 #include <pcl/surface/mls.h>
 

@@ -2,7 +2,7 @@
 #include "Filters/Cleaning/NearCopies.h"
 
 #include "Filters/Cleaning/CleaningProblem.h"
-#include "Filters/Common/Neighbors.h"
+#include "Filters/Neighbors/Neighbors.h"
 
 #include "vtkDataArray.h"
 

@@ -4,8 +4,8 @@
  */
 #pragma once
 
-#include "Filters/Common/LocalCloud.h"
-#include "Filters/Common/Neighbors.h"
+#include "Filters/Neighbors/LocalCloud.h"
+#include "Filters/Neighbors/Neighbors.h"
 
 #include <pcl/common/centroid.h>
 #include <pcl/common/eigen.h>

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Cleaning/ScanRegistration.h"
 
+#include "Filters/Arrays/PointColors.h"
 #include "Filters/Cleaning/CleaningProblem.h"
 #include "Filters/Cleaning/LocalQuadric.h"
 #include "Filters/Cleaning/ScanSplit.h"
 #include "Filters/Common/Median.h"
-#include "Filters/Common/NeighborSearch.h"
-#include "Filters/Common/PointColors.h"
+#include "Filters/Neighbors/NeighborSearch.h"
 
 #include <Eigen/Dense>
 

@@ -4,7 +4,7 @@
 #include "Filters/Cleaning/CleaningProblem.h"
 #include "Filters/Cleaning/LocalQuadric.h"
 #include "Filters/Common/Median.h"
-#include "Filters/Common/NeighborSearch.h"
+#include "Filters/Neighbors/NeighborSearch.h"
 
 #include "vtkSMPTools.h"
 

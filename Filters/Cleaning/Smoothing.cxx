@@ -6,8 +6,8 @@
 #include "Filters/Cleaning/FoldFit.h"
 #include "Filters/Cleaning/LocalQuadric.h"
 #include "Filters/Common/Median.h"
-#include "Filters/Common/MortonGrid.h"
-#include "Filters/Common/NeighborSearch.h"
+#include "Filters/Neighbors/MortonGrid.h"
+#include "Filters/Neighbors/NeighborSearch.h"
 
 #include <algorithm>
 #include <atomic>

@@ -15,7 +15,7 @@
  */
 #pragma once
 
-#include "Filters/Common/PointColors.h"
+#include "Filters/Arrays/PointColors.h"
 #include "Filters/Common/StageProgress.h"
 #include "Filters/Common/VectorMath.h"
 

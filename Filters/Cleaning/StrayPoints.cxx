@@ -5,8 +5,8 @@
 #include "Filters/Cleaning/HangingPoints.h"
 #include "Filters/Cleaning/PointSpread.h"
 #include "Filters/Common/Median.h"
-#include "Filters/Common/NeighborSearch.h"
 #include "Filters/Common/VectorMath.h"
+#include "Filters/Neighbors/NeighborSearch.h"
 
 #include <algorithm>
 #include <atomic>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Estimation/ColorInterpolation.h"
 
-#include "Filters/Common/ColorVariogram.h"
-#include "Filters/Common/LocalCloud.h"
 #include "Filters/Estimation/NearSheet.h"
 #include "Filters/Estimation/SheetColors.h"
+#include "Filters/Neighbors/ColorVariogram.h"
+#include "Filters/Neighbors/LocalCloud.h"
 
 #include <algorithm>
 #include <cmath>

@@ -18,7 +18,7 @@
  */
 #pragma once
 
-#include "Filters/Common/PointColors.h"
+#include "Filters/Arrays/PointColors.h"
 #include "Filters/Estimation/KernelSteering.h"
 #include "Filters/Estimation/PlaneFit.h"
 #include "Filters/Estimation/SurfaceHeights.h"

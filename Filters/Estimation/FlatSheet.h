@@ -4,9 +4,9 @@
  */
 #pragma once
 
-#include "Filters/Common/SurfaceFold.h"
 #include "Filters/Estimation/CellPolygon.h"
 #include "Filters/Estimation/SteeredPlane.h"
+#include "Filters/Neighbors/SurfaceFold.h"
 
 namespace SurfelGeometry
 {

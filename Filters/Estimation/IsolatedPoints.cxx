@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Estimation/IsolatedPoints.h"
 
-#include "Filters/Common/LocalCloud.h"
 #include "Filters/Common/Median.h"
 #include "Filters/Common/ParallelMedian.h"
+#include "Filters/Neighbors/LocalCloud.h"
 
 #include <algorithm>
 #include <cmath>

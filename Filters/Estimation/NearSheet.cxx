@@ -2,8 +2,8 @@
 #include "Filters/Estimation/NearSheet.h"
 
 #include "Core/Simd/Multiversion.h"
-#include "Filters/Common/LocalCloud.h"
-#include "Filters/Common/SurfaceFold.h"
+#include "Filters/Neighbors/LocalCloud.h"
+#include "Filters/Neighbors/SurfaceFold.h"
 
 namespace SurfelGeometry
 {

@@ -5,9 +5,9 @@
  */
 #pragma once
 
-#include "Filters/Common/NeighborGraph.h"
 #include "Filters/Common/VectorMath.h"
 #include "Filters/Estimation/PlaneFit.h"
+#include "Filters/Neighbors/NeighborGraph.h"
 
 namespace SurfelGeometry
 {

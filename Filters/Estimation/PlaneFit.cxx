@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Estimation/PlaneFit.h"
 
-#include "Filters/Common/LocalCloud.h"
 #include "Filters/Common/Median.h"
-#include "Filters/Common/NeighborSearch.h"
 #include "Filters/Estimation/PrincipalPlane.h"
 #include "Filters/Estimation/ScanLines.h"
 #include "Filters/Estimation/ScannerView.h"
+#include "Filters/Neighbors/LocalCloud.h"
+#include "Filters/Neighbors/NeighborSearch.h"
 
 #include <algorithm>
 #include <cmath>

@@ -15,10 +15,10 @@
  */
 #pragma once
 
-#include "Filters/Common/NeighborGraph.h"
 #include "Filters/Common/RawVector.h"
 #include "Filters/Common/StageProgress.h"
 #include "Filters/Common/VectorMath.h"
+#include "Filters/Neighbors/NeighborGraph.h"
 
 #include <cstddef>
 #include <vector>

@@ -5,8 +5,8 @@
  */
 #pragma once
 
-#include "Filters/Common/LocalCloud.h"
 #include "Filters/Common/VectorMath.h"
+#include "Filters/Neighbors/LocalCloud.h"
 
 #include <pcl/common/centroid.h>
 #include <pcl/common/eigen.h>

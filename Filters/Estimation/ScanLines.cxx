@@ -2,10 +2,10 @@
 #include "Filters/Estimation/ScanLines.h"
 
 #include "Filters/Common/Hash.h"
-#include "Filters/Common/LocalCloud.h"
-#include "Filters/Common/NeighborGraph.h"
-#include "Filters/Common/NeighborSearch.h"
 #include "Filters/Estimation/PrincipalPlane.h"
+#include "Filters/Neighbors/LocalCloud.h"
+#include "Filters/Neighbors/NeighborGraph.h"
+#include "Filters/Neighbors/NeighborSearch.h"
 
 #include <algorithm>
 #include <cstddef>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Estimation/ScannerView.h"
 
-#include "Filters/Common/LocalCloud.h"
-#include "Filters/Common/Neighbors.h"
 #include "Filters/Estimation/ScanLines.h"
+#include "Filters/Neighbors/LocalCloud.h"
+#include "Filters/Neighbors/Neighbors.h"
 
 #include "vtkDataArray.h"
 

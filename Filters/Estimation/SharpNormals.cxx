@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Estimation/SharpNormals.h"
 
-#include "Filters/Common/LocalCloud.h"
-#include "Filters/Common/NeighborGraph.h"
 #include "Filters/Estimation/PrincipalPlane.h"
+#include "Filters/Neighbors/LocalCloud.h"
+#include "Filters/Neighbors/NeighborGraph.h"
 
 #include <Eigen/Cholesky>
 

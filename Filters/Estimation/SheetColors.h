@@ -4,7 +4,7 @@
  */
 #pragma once
 
-#include "Filters/Common/PointColors.h"
+#include "Filters/Arrays/PointColors.h"
 #include "Filters/Estimation/NearSheet.h"
 
 namespace SurfelGeometry

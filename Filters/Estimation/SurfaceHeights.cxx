@@ -2,7 +2,7 @@
 #include "Filters/Estimation/SurfaceHeights.h"
 
 #include "Core/Simd/Multiversion.h"
-#include "Filters/Common/LocalCloud.h"
+#include "Filters/Neighbors/LocalCloud.h"
 
 namespace SurfelGeometry
 {

@@ -2,15 +2,15 @@
 #include "Filters/Estimation/VoronoiCell.h"
 
 #include "Core/Simd/Multiversion.h"
-#include "Filters/Common/AngularGap.h"
-#include "Filters/Common/LocalCloud.h"
-#include "Filters/Common/NeighborSearch.h"
-#include "Filters/Common/SurfaceFold.h"
 #include "Filters/Estimation/CellPolygon.h"
 #include "Filters/Estimation/FlatSheet.h"
 #include "Filters/Estimation/NearSheet.h"
 #include "Filters/Estimation/ScannerView.h"
 #include "Filters/Estimation/SteeredPlane.h"
+#include "Filters/Neighbors/AngularGap.h"
+#include "Filters/Neighbors/LocalCloud.h"
+#include "Filters/Neighbors/NeighborSearch.h"
+#include "Filters/Neighbors/SurfaceFold.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Meshes/FaceSamples.h"
 
-#include "Filters/Common/InputArrays.h"
+#include "Filters/Arrays/InputArrays.h"
 
 #include "vtkDoubleArray.h"
 #include "vtkFloatArray.h"

@@ -2,7 +2,7 @@
 #include "Filters/Normalization/OwnerSheet.h"
 
 #include "Core/Simd/Multiversion.h"
-#include "Filters/Common/SurfaceFold.h"
+#include "Filters/Neighbors/SurfaceFold.h"
 
 #include <algorithm>
 #include <cmath>

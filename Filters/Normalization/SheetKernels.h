@@ -4,7 +4,7 @@
  */
 #pragma once
 
-#include "Filters/Common/AngularGap.h"
+#include "Filters/Neighbors/AngularGap.h"
 #include "Filters/Normalization/WeightProblem.h"
 
 #include <cstdint>

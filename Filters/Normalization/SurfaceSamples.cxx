@@ -2,13 +2,13 @@
 #include "Filters/Normalization/SurfaceSamples.h"
 
 #include "Core/Simd/Multiversion.h"
-#include "Filters/Common/AngularGap.h"
 #include "Filters/Common/Hash.h"
 #include "Filters/Common/Intrinsics.h"
-#include "Filters/Common/LocalCloud.h"
 #include "Filters/Common/Median.h"
-#include "Filters/Common/NeighborGraph.h"
-#include "Filters/Common/NeighborSearch.h"
+#include "Filters/Neighbors/AngularGap.h"
+#include "Filters/Neighbors/LocalCloud.h"
+#include "Filters/Neighbors/NeighborGraph.h"
+#include "Filters/Neighbors/NeighborSearch.h"
 #include "Filters/Normalization/OwnerSheet.h"
 
 #include "vtkSMPThreadLocal.h"

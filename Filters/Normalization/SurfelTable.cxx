@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Normalization/SurfelTable.h"
 
-#include "Filters/Common/LocalCloud.h"
+#include "Filters/Neighbors/LocalCloud.h"
 
 #include <algorithm>
 #include <cmath>

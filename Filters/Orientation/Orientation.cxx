@@ -2,8 +2,8 @@
 #include "Filters/Orientation/Orientation.h"
 
 #include "Filters/Common/AvailableMemory.h"
-#include "Filters/Common/LocalCloud.h"
 #include "Filters/Common/ParityUnionFind.h"
+#include "Filters/Neighbors/LocalCloud.h"
 #include "Filters/Orientation/ConsistentSets.h"
 #include "Filters/Orientation/OrientationGraph.h"
 #include "Filters/Orientation/Rooms.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Orientation/OutsideDecision.h"
 
-#include "Filters/Common/LocalCloud.h"
+#include "Filters/Neighbors/LocalCloud.h"
 #include "Filters/Orientation/OrientationGraph.h"
 #include "Filters/Orientation/WindingNumber.h"
 

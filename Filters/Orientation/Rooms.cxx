@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Orientation/Rooms.h"
 
-#include "Filters/Common/LocalCloud.h"
-#include "Filters/Common/NeighborGraph.h"
+#include "Filters/Neighbors/LocalCloud.h"
+#include "Filters/Neighbors/NeighborGraph.h"
 
 #include "vtkSMPTools.h"
 

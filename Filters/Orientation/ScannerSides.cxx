@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Orientation/ScannerSides.h"
 
-#include "Filters/Common/LocalCloud.h"
 #include "Filters/Common/ParityUnionFind.h"
+#include "Filters/Neighbors/LocalCloud.h"
 
 #include "vtkDataArray.h"
 #include "vtkSMPTools.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Orientation/ThinPlates.h"
 
-#include "Filters/Common/LocalCloud.h"
+#include "Filters/Neighbors/LocalCloud.h"
 #include "Filters/Orientation/HeightCuts.h"
 
 #include <Eigen/Eigenvalues>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Orientation/WindingNumber.h"
 
-#include "Filters/Common/LocalCloud.h"
+#include "Filters/Neighbors/LocalCloud.h"
 
 #include "vtkSMPTools.h"
 

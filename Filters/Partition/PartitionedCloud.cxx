@@ -2,8 +2,8 @@
 #include "Filters/Partition/PartitionedCloud.h"
 
 #include "Core/Surfels/SurfelArrays.h"
-#include "Filters/Common/InputArrays.h"
-#include "Filters/Common/LocalCloud.h"
+#include "Filters/Arrays/InputArrays.h"
+#include "Filters/Neighbors/LocalCloud.h"
 
 #include "vtkDoubleArray.h"
 #include "vtkFieldData.h"

@@ -2,9 +2,9 @@
 #include "Filters/Partition/PartitionedSurfels.h"
 
 #include "Core/Surfels/SurfelArrays.h"
-#include "Filters/Common/InputArrays.h"
-#include "Filters/Common/PointColors.h"
-#include "Filters/Common/SurfelOutput.h"
+#include "Filters/Arrays/InputArrays.h"
+#include "Filters/Arrays/PointColors.h"
+#include "Filters/Arrays/SurfelOutput.h"
 
 #include "vtkFloatArray.h"
 #include "vtkIdTypeArray.h"

@@ -2,9 +2,9 @@
 #include "vtkGaussianSplatReader.h"
 
 #include "Filters/Common/StageProgress.h"
-#include "Filters/Readers/GaussianArrays.h"
-#include "Filters/Readers/GaussianFile.h"
-#include "Filters/Readers/ReadingProblem.h"
+#include "Filters/Readers/Captures/GaussianArrays.h"
+#include "Filters/Readers/Captures/GaussianFile.h"
+#include "Filters/Readers/Points/ReadingProblem.h"
 
 #include "vtkErrorCode.h"
 #include "vtkInformation.h"

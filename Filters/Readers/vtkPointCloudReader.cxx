@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkPointCloudReader.h"
 
-#include "Filters/Readers/PointCloudFields.h"
-#include "Filters/Readers/PointCloudFile.h"
-#include "Filters/Readers/PointCloudHeader.h"
-#include "Filters/Readers/ReadingProblem.h"
+#include "Filters/Readers/Points/PointCloudFields.h"
+#include "Filters/Readers/Points/PointCloudFile.h"
+#include "Filters/Readers/Points/PointCloudHeader.h"
+#include "Filters/Readers/Points/ReadingProblem.h"
 
 #include "vtkDoubleArray.h"
 #include "vtkErrorCode.h"

@@ -2,9 +2,9 @@
 #include "Filters/Volumes/GaussianOutput.h"
 
 #include "Core/Surfels/SurfelArrays.h"
+#include "Filters/Arrays/InputArrays.h"
+#include "Filters/Arrays/PointCells.h"
 #include "Filters/Common/AvailableMemory.h"
-#include "Filters/Common/InputArrays.h"
-#include "Filters/Common/PointCells.h"
 
 #include "vtkDoubleArray.h"
 #include "vtkFieldData.h"

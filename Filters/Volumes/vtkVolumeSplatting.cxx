@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkVolumeSplatting.h"
 
-#include "Filters/Common/InputArrays.h"
+#include "Filters/Arrays/InputArrays.h"
 #include "Filters/Volumes/GaussianOutput.h"
 #include "Filters/Volumes/ImageGaussians.h"
 #include "Filters/Volumes/ParticleGaussians.h"

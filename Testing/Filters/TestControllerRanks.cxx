@@ -4,7 +4,7 @@
  * The program's own operator new refuses what is too large for a thread.
  */
 #include "Core/Picture/SplatExchange.h"
-#include "Filters/Common/NeighborGraph.h"
+#include "Filters/Neighbors/NeighborGraph.h"
 #include "Filters/Partition/PartitionedCloud.h"
 #include "Filters/Partition/SharedOrientation.h"
 #include "Parallel/ControllerRanks.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The neighbour search against the distances to all points: in the cloud's order, where a query
 // starts from the last one's reach, and in no order; with ties, far from the origin and tiny.
-#include "Filters/Common/NeighborSearch.h"
+#include "Filters/Neighbors/NeighborSearch.h"
 #include "SurfelTesting.h"
 
 #include <algorithm>

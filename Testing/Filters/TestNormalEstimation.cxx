@@ -2,7 +2,7 @@
 // The filter's normals against closed forms, against a solver of another kind (the one that the
 // filter used before PCL's), and against pcl::NormalEstimation; near the origin and at the
 // coordinates of maps.
-#include "Filters/Common/NeighborSearch.h"
+#include "Filters/Neighbors/NeighborSearch.h"
 #include "SurfelTesting.h"
 
 #include "vtkSurfelEstimation.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The .pcd decoder gives what pcl_io gives, byte by byte: for pcl_io's own files in all three
 // forms, with every type, several values in a field, padding and NaN. Damaged data gives errors.
-#include "Filters/Readers/PCDDecoder.h"
-#include "Filters/Readers/PointCloudHeader.h"
+#include "Filters/Readers/Points/PCDDecoder.h"
+#include "Filters/Readers/Points/PointCloudHeader.h"
 #include "SurfelTesting.h"
 
 #include <pcl/io/pcd_io.h>

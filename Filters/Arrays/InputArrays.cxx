@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Filters/Arrays/InputArrays.h"
+
+#include "vtkDataArray.h"
+#include "vtkObject.h"
+#include "vtkPointData.h"
+#include "vtkPolyData.h"
+
+#include <limits>
+
+namespace SurfelGeometry
+{
+namespace
+{
+bool AreVectorsOf(vtkPointSet* points, vtkDataArray* array)
+{
+  return array && array->GetNumberOfComponents() == 3 &&
+    array->GetNumberOfTuples() == points->GetNumberOfPoints();
+}
+}
+
+std::string CheckNumberOfPoints(vtkIdType points)
+{
+  constexpr vtkIdType most = std::numeric_limits<int>::max() / 2;
+  return points <= most ? std::string()
+                        : "The input has " + std::to_string(points) +
+      " points; the neighbour search takes up to " + std::to_string(most) + ". Split the cloud.";
+}
+
+vtkSmartPointer<vtkPointSet> WithFittingArrays(vtkPointSet* points, vtkObject* filter)
+{
+  const vtkIdType count = points ? points->GetNumberOfPoints() : 0;
+  const int arrays = points ? points->GetPointData()->GetNumberOfArrays() : 0;
+  vtkSmartPointer<vtkPointSet> fitting = points;
+  std::string others;
+  for (int i = arrays - 1; i >= 0; --i)
+  {
+    vtkAbstractArray* array = points->GetPointData()->GetAbstractArray(i);
+    if (array->GetNumberOfTuples() == count)
+    {
+      continue;
+    }
+    if (others.empty())
+    {
+      fitting.TakeReference(points->NewInstance());
+      fitting->ShallowCopy(points);
+    }
+    fitting->GetPointData()->RemoveArray(i);
+    others += (others.empty() ? "" : ", ") +
+      std::string(array->GetName() ? array->GetName() : "without a name") + " (" +
+      std::to_string(array->GetNumberOfTuples()) + ")";
+  }
+  if (!others.empty())
+  {
+    vtkWarningWithObjectMacro(filter,
+      "Point arrays left out, which have not one value for each of the " << count
+                                                                         << " points: " << others);
+  }
+  return fitting;
+}
+
+vtkDataArray* FindNormals(vtkPointSet* input, const char* name)
+{
+  vtkPointData* data = input->GetPointData();
+  vtkDataArray* normals = name ? data->GetArray(name) : nullptr;
+  normals = normals ? normals : data->GetNormals();
+  normals = normals ? normals : data->GetArray("Normals");
+  return AreVectorsOf(input, normals) ? normals : nullptr;
+}
+
+vtkDataArray* FindScanners(vtkPointSet* input)
+{
+  vtkDataArray* ways = input->GetPointData()->GetArray(ToScannerArray);
+  return AreVectorsOf(input, ways) ? ways : nullptr;
+}
+
+std::string ListCounts(std::initializer_list<std::pair<vtkIdType, const char*>> counts)
+{
+  std::string text;
+  for (const auto& [count, what] : counts)
+  {
+    if (count > 0)
+    {
+      text += (text.empty() ? "" : "; ") + std::to_string(count) + ' ' + what;
+    }
+  }
+  return text;
+}
+}
