@@ -37,7 +37,7 @@ def points_of_file(path):
         from clouds import bumpy_ball
 
         return bumpy_ball()
-    from surfelsplatting.clouds.reading import read_cloud
+    from surfelsplatting.formats.reading import read_cloud
 
     return read_cloud(path, Quiet, Quiet).data
 

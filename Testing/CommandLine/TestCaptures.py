@@ -11,7 +11,7 @@ from capturecase import EPSILON, CaptureCase, covariance_error, symmetric
 from captures import (RESTS, Gaussians, furry_ball, matrices_of, ply_columns, torus,
                       write_columns, write_packed, write_ply, write_splat)
 from surfelsplatting import vtkGaussianSplatReader, vtkPointCloudReader
-from surfelsplatting.clouds.reading import is_hierarchy
+from surfelsplatting.clouds.cloud import is_hierarchy
 from surfelsplatting.commandline.commands import parse_arguments
 from surfelsplatting.commandline.session import Session
 from surfelsplatting.views.cameras import asked_view

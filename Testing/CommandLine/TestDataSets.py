@@ -9,11 +9,11 @@ import unittest
 import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
-from surfelsplatting.clouds.datasets import read_dataset
-from surfelsplatting.clouds.gltf import read_gltf_cloud
-from surfelsplatting.clouds.meshes import read_obj_cloud, read_stl_cloud
-from surfelsplatting.clouds.off import read_off_cloud
-from surfelsplatting.clouds.reading import read_cloud
+from surfelsplatting.formats.datasets import read_dataset
+from surfelsplatting.formats.gltf import read_gltf_cloud
+from surfelsplatting.formats.meshes import read_obj_cloud, read_stl_cloud
+from surfelsplatting.formats.off import read_off_cloud
+from surfelsplatting.formats.reading import read_cloud
 from surfelsplatting.problems import UserProblem
 from surfelsplatting.vtkmessages import VtkMessages
 from toolcase import CAMERA, SMALL, ToolCase, arrays_of, places_of, sphere, write

@@ -6,7 +6,7 @@ import unittest
 
 import numpy as np
 
-from surfelsplatting.clouds.reading import Cloud
+from surfelsplatting.clouds.cloud import Cloud
 from surfelsplatting.views.cameras import View
 from surfelsplatting.views.framing import complete_view
 from toolcase import sphere

@@ -14,9 +14,10 @@ from vtkmodules.vtkFiltersCore import vtkStripper
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 
+from surfelsplatting.clouds.cloud import cloud_of
 from surfelsplatting.clouds.faces import MOST_VERTICES, on_faces
 from surfelsplatting.clouds.polydata import cells_of, polydata_of
-from surfelsplatting.clouds.reading import OF_MESHES, cloud_of, read_cloud
+from surfelsplatting.formats.reading import OF_MESHES, read_cloud
 from surfelsplatting.surfels import is_model
 from toolcase import ToolCase, arrays_of, write, write_data
 

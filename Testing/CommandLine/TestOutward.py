@@ -11,8 +11,8 @@ from vtkmodules.vtkFiltersSources import vtkParametricFunctionSource
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from roomclouds import room
+from surfelsplatting.clouds.cloud import Cloud, cloud_of
 from surfelsplatting.clouds.polydata import cells_of, polydata_of
-from surfelsplatting.clouds.reading import Cloud, cloud_of
 from surfelsplatting.shapes.outward import turn_outward
 from TestMeshFaces import BOX, TRIANGLES, ball, write_stl
 from toolcase import ToolCase, arrays_of, fewer_on_faces, places_of, sphere, write_ply

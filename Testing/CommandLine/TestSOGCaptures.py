@@ -20,8 +20,8 @@ except ImportError as problem:
 from capturecase import EPSILON, covariance_error, symmetric
 from captures import furry_ball, torus, write_ply
 from surfelsplatting import vtkGaussianSplatReader
-from surfelsplatting.clouds.sog import read_sog_capture
-from surfelsplatting.clouds.sogfiles import folder_meta
+from surfelsplatting.formats.sog import read_sog_capture
+from surfelsplatting.formats.sogfiles import folder_meta
 from surfelsplatting.problems import UserProblem
 from toolcase import ToolCase, arrays_of, content_of, places_of, write
 

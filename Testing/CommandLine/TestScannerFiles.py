@@ -14,9 +14,9 @@ try:
 except ImportError as problem:
     print("SKIPPED: the packages laspy and pye57 are needed:", problem)
     sys.exit(77)
+from surfelsplatting.formats.e57 import read_e57_cloud
+from surfelsplatting.formats.las import read_las_cloud
 from surfelsplatting.problems import UserProblem
-from surfelsplatting.clouds.e57 import read_e57_cloud
-from surfelsplatting.clouds.las import read_las_cloud
 from toolcase import SMALL, ToolCase, arrays_of, content_of, sphere, write
 
 FAR = np.array([500_000.0, 5_400_000.0, 300.0])  # UTM

@@ -9,7 +9,7 @@ from unittest import mock
 import numpy as np
 
 from surfelsplatting.clouds.polydata import polydata_of
-from surfelsplatting.clouds.several import read_clouds
+from surfelsplatting.formats.several import read_clouds
 from surfelsplatting.vtkarrays import named_array
 from TestReader import write_pcd
 from stationclouds import Scene

@@ -14,9 +14,9 @@ from vtkmodules.vtkFiltersGeneral import vtkTransformPolyDataFilter
 from stationclouds import attic, project, tunnel
 from surfelsplatting import vtkPartitionedSurfelEstimation, vtkPointsToSurfels
 from surfelsplatting.clouds.polydata import polydata_of
-from surfelsplatting.vtkarrays import named_array
-from surfelsplatting.clouds.ptx import read_ptx_cloud
 from surfelsplatting.clouds.stations import scanners_of
+from surfelsplatting.formats.ptx import read_ptx_cloud
+from surfelsplatting.vtkarrays import named_array
 from toolcase import ToolCase, write_data
 
 FLOOR, REST = (150, 100, 50), (210, 210, 230)

@@ -7,8 +7,8 @@ import unittest
 import numpy as np
 
 from captures import Gaussians, furry_ball, joined, of_surface, torus, write_ply
+from surfelsplatting.clouds.cloud import Cloud
 from surfelsplatting.clouds.polydata import polydata_of
-from surfelsplatting.clouds.reading import Cloud
 from surfelsplatting.shapes.samples import Samples
 from surfelsplatting.views.cameras import View
 from surfelsplatting.views.framing import complete_view, home_in

@@ -6,8 +6,8 @@ import unittest
 
 import numpy as np
 
-from surfelsplatting.clouds.colmap import is_colmap, read_colmap_cloud
-from surfelsplatting.clouds.sweeps import read_sweep
+from surfelsplatting.formats.colmap import is_colmap, read_colmap_cloud
+from surfelsplatting.formats.sweeps import read_sweep
 from surfelsplatting.problems import UserProblem
 from toolcase import SMALL, ToolCase, arrays_of, places_of, sphere, write
 

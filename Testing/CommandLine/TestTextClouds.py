@@ -5,9 +5,9 @@ import unittest
 
 import numpy as np
 
-from surfelsplatting.clouds.ptx import read_ptx_cloud
+from surfelsplatting.formats.ptx import read_ptx_cloud
+from surfelsplatting.formats.text import read_text_cloud
 from surfelsplatting.problems import UserProblem
-from surfelsplatting.clouds.text import read_text_cloud
 from toolcase import SMALL, ToolCase, arrays_of, places_of, sphere, write
 
 

@@ -7,8 +7,8 @@ from unittest import mock
 import numpy as np
 from vtkmodules.vtkCommonCore import vtkStringArray
 
+from surfelsplatting.clouds.cloud import Cloud
 from surfelsplatting.clouds.polydata import polydata_of
-from surfelsplatting.clouds.reading import Cloud
 from surfelsplatting.clouds.thinning import one_of
 from surfelsplatting.commandline import estimation
 from toolcase import CAMERA, SMALL, ToolCase, arrays_of, places_of, sphere, write_ply

@@ -9,7 +9,7 @@ import unittest
 import numpy as np
 
 from captures import torus, write_ply
-from surfelsplatting.clouds.reading import Cloud
+from surfelsplatting.clouds.cloud import Cloud
 from surfelsplatting.commandline.commands import parse_arguments
 from surfelsplatting.problems import UserProblem
 from surfelsplatting.views.cameras import View, asked_view, read_view, read_views

@@ -8,8 +8,8 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from surfelsplatting.clouds.cloud import Cloud
 from surfelsplatting.clouds.polydata import polydata_of
-from surfelsplatting.clouds.reading import Cloud
 from surfelsplatting.shapes.samples import Samples
 from surfelsplatting.shapes.up import find_up
 from surfelsplatting.surfels import make_surfels, note_model, note_up

@@ -8,7 +8,7 @@ import unittest.mock
 import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
-from surfelsplatting.clouds.reading import Cloud
+from surfelsplatting.clouds.cloud import Cloud
 from surfelsplatting.clouds.volumes import coarsened, volume_of
 from surfelsplatting.commandline.commands import parse_arguments
 from surfelsplatting.commandline.scan import Scan

@@ -13,7 +13,7 @@ import numpy as np
 
 from .arraypoints import SCALARS, add_scalars, polydata_of_arrays
 from .backend import vtk
-from .clouds.reading import Cloud
+from .clouds.cloud import Cloud
 from .colormaps import color_by
 from .lens import Lens, focus_on_point
 from .lighting import BACKDROP, LIGHT_GREY, needs_light, set_lights

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Point clouds from files."""
+"""Point clouds: what is known of one, and what holds for the files of all formats."""

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A cloud to surfels and their hierarchy, as the options say."""
 
-from ..clouds.reading import is_hierarchy
+from ..clouds.cloud import is_hierarchy
 from ..clouds.thinning import may_be_thinned
 from ..problems import UserProblem
 from ..surfels import is_sheet

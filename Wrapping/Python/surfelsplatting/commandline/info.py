@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 
+from ..clouds.cloud import Cloud, is_hierarchy
 from ..clouds.colors import is_colors
-from ..clouds.reading import Cloud, is_hierarchy
-from ..clouds.sogfiles import bytes_of
 from ..clouds.stations import TO_SCANNER, scanners_of
 from ..clouds.volumes import scalar_names
+from ..formats.sogfiles import bytes_of
 from ..shapes.rooms import is_room, may_be_room
 from ..shapes.samples import Samples
 from ..shapes.up import is_open

@@ -3,7 +3,7 @@
 
 import math
 
-from ..clouds.reading import is_hierarchy
+from ..clouds.cloud import is_hierarchy
 from ..problems import UserProblem
 from ..shapes.samples import Samples
 from ..shapes.sensor import sensor_of

@@ -3,7 +3,7 @@
 
 import argparse
 
-from ..clouds.reading import is_hierarchy
+from ..clouds.cloud import is_hierarchy
 from ..viewer.viewer import Viewer
 from ..views.cameras import asked_view
 from .awaitedsurfels import AwaitedSurfels

@@ -8,10 +8,10 @@ from dataclasses import replace
 
 from ..backend import vtk
 from ..clouds.colors import hides_intensity
-from ..clouds.several import read_clouds
 from ..clouds.stations import TO_SCANNER
 from ..clouds.thinning import may_be_thinned, one_of
 from ..colormaps import check_scalars, with_scalars
+from ..formats.several import read_clouds
 from ..shapes.outward import turn_outward
 from ..shapes.precision import why_stepped
 from ..shapes.sensor import keep_sensor

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..clouds.reading import Cloud
+from ..clouds.cloud import Cloud
 from ..clouds.volumes import (add_smoothed, are_labels, coarsened, color_components, has_choice,
                               samples_of, scalar_names, volume_of)
 from ..problems import UserProblem

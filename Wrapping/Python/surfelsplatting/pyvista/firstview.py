@@ -4,7 +4,7 @@
 import numpy as np
 import pyvista as pv
 
-from ..clouds.reading import Cloud
+from ..clouds.cloud import Cloud
 from ..surfels import scan
 from ..views.cameras import View
 from ..views.framing import complete_view

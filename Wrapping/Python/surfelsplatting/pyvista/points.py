@@ -8,7 +8,7 @@ import pyvista as pv
 
 from ..arraypoints import point_rows
 from ..backend import vtk
-from ..clouds.reading import Cloud, cloud_of
+from ..clouds.cloud import Cloud, cloud_of
 from ..clouds.stations import TO_SCANNER
 from ..shapes.outward import turn_outward
 from ..shapes.precision import warn_of_steps

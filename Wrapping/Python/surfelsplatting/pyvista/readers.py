@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pyvista as pv
 
+from ..formats.e57 import read_e57_cloud
+from ..formats.las import read_las_cloud
+from ..formats.ptx import read_ptx_cloud
+from ..formats.sog import read_sog_capture
+from ..formats.sogfiles import folder_meta
 from ..problems import UserProblem
-from ..clouds.e57 import read_e57_cloud
-from ..clouds.las import read_las_cloud
-from ..clouds.ptx import read_ptx_cloud
-from ..clouds.sog import read_sog_capture
-from ..clouds.sogfiles import folder_meta
 from ..surfels import note_scan, update
 from ..vtkSurfelReaders import vtkGaussianSplatReader, vtkPointCloudReader
 

@@ -7,9 +7,9 @@ from itertools import chain
 
 import numpy as np
 
-from .columns import RGB, XYZ, Columns, arrays_of_columns
-from .polydata import polydata_of
+from ..clouds.polydata import polydata_of
 from ..problems import UserProblem
+from .columns import RGB, XYZ, Columns, arrays_of_columns
 
 NAME = "points3d"
 HEAD = "POINT3D_ID, X, Y, Z"  # of a text file

@@ -10,7 +10,7 @@ from urllib.parse import unquote
 
 import numpy as np
 
-from .polydata import cells_of, polydata_of
+from ..clouds.polydata import cells_of, polydata_of
 from ..pictures import to_srgb
 from ..problems import UserProblem
 

@@ -7,10 +7,10 @@ from itertools import islice
 
 import numpy as np
 
-from .columns import NORMALS, RGB, XYZ, Columns, arrays_of_columns
-from .faces import MOST_VERTICES
-from .polydata import cells_of, polydata_of
+from ..clouds.faces import MOST_VERTICES
+from ..clouds.polydata import cells_of, polydata_of
 from ..problems import UserProblem, no_points
+from .columns import NORMALS, RGB, XYZ, Columns, arrays_of_columns
 
 # ST: texture coordinates, C: colours, N: normals, 4 and n: more dimensions. The first number may follow
 # without a blank.

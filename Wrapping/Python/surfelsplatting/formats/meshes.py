@@ -5,10 +5,10 @@ from array import array
 
 import numpy as np
 
-from .columns import RGB, XYZ, Columns, arrays_of_columns
-from .faces import MOST_VERTICES
-from .polydata import cells_of, polydata_of
+from ..clouds.faces import MOST_VERTICES
+from ..clouds.polydata import cells_of, polydata_of
 from ..problems import UserProblem
+from .columns import RGB, XYZ, Columns, arrays_of_columns
 
 STL_HEADER = 84  # bytes; the last four are the number of triangles
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("vertices", "<f4", (3, 3)), ("attribute", "<u2")])

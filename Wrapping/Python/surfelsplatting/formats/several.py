@@ -3,13 +3,14 @@
 
 import numpy as np
 
+from ..clouds.cloud import Cloud
+from ..clouds.colors import is_colors
+from ..clouds.degrees import beside_first
+from ..clouds.polydata import polydata_of
+from ..clouds.stations import TO_SCANNER, trusted_places, ways_of
 from ..problems import UserProblem
-from .colors import is_colors
-from .degrees import beside_first
-from .polydata import polydata_of
-from .reading import Cloud, read_cloud
-from .stations import TO_SCANNER, trusted_places, ways_of
 from ..vtkarrays import named_array, to_numpy
+from .reading import read_cloud
 
 GREY = 204  # of points without colours beside others that have them; such clouds alone are as grey
 COMMON_FIELDS = ("ScanUp", "ModelUp")  # hold for the whole if they are the same in all files

@@ -5,7 +5,7 @@ import os
 
 import numpy as np
 
-from .polydata import polydata_of
+from ..clouds.polydata import polydata_of
 from ..problems import UserProblem
 
 # Numbers in a row: KITTI x y z intensity; nuScenes the ring, too; others the time as well.

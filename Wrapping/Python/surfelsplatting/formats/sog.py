@@ -22,13 +22,13 @@ import importlib
 
 import numpy as np
 
-from .polydata import cells_of
-from .sogfiles import SogFiles
-from .sogmeta import AGAIN, OTHERWISE, SogProblem, parse_meta
 from ..backend import vtk
+from ..clouds.polydata import cells_of
 from ..problems import UserProblem
 from ..vtkarrays import named_array, to_numpy
 from ..vtkSurfelReaders import vtkGaussianSplatReader
+from .sogfiles import SogFiles
+from .sogmeta import AGAIN, OTHERWISE, SogProblem, parse_meta
 
 PART = 1 << 16  # Gaussians that are decoded at once
 ROW, MOST_ENTRIES = 64, 1 << 16  # of the palette

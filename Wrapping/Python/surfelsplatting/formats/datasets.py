@@ -7,12 +7,12 @@ from contextlib import nullcontext
 import numpy as np
 
 from ..backend import vtk
-from .colors import COLOR_NAMES, color_bytes, is_colors
-from .probing import check_survives, silent_libraries
-from .rawvolumes import check_raw_size
-from .volumes import is_volume
+from ..clouds.colors import COLOR_NAMES, color_bytes, is_colors
+from ..clouds.volumes import is_volume
 from ..problems import UserProblem
 from ..vtkarrays import named_array, to_numpy
+from .probing import check_survives, silent_libraries
+from .rawvolumes import check_raw_size
 
 _READERS = {".vtp": ("vtkIOXML", "vtkXMLPolyDataReader"),
             ".vtu": ("vtkIOXML", "vtkXMLUnstructuredGridReader"),
@@ -24,56 +24,6 @@ _READERS = {".vtp": ("vtkIOXML", "vtkXMLPolyDataReader"),
             ".nhdr": ("vtkIOImage", "vtkNrrdReader")}
 _RAW = (".mhd", ".mha", ".nrrd", ".nhdr")
 END_OF_TEXT = "file stream is fail after read"  # of numbers as text; the last one may end the file
-
-
-def _grid_points(grid):
-    """vtkPoints of a vtkImageData or vtkRectilinearGrid; x runs fastest."""
-    origin, matrix = np.zeros(3), np.eye(3)
-    if grid.IsA("vtkRectilinearGrid"):
-        arrays = grid.GetXCoordinates(), grid.GetYCoordinates(), grid.GetZCoordinates()
-        axes = [to_numpy(array) if array else np.zeros(0) for array in arrays]
-    else:
-        extent, spacing = grid.GetExtent(), grid.GetSpacing()
-        axes = [spacing[i] * np.arange(extent[2 * i], extent[2 * i + 1] + 1) for i in range(3)]
-        origin, direction = np.array(grid.GetOrigin()), grid.GetDirectionMatrix()
-        matrix = np.array([[direction.GetElement(i, j) for j in range(3)] for i in range(3)])
-    z, y, x = np.meshgrid(*reversed(axes), indexing="ij")
-    places = origin + np.column_stack([x.ravel(), y.ravel(), z.ravel()]) @ matrix.T
-    points = vtk("vtkCommonCore").vtkPoints()
-    points.SetData(named_array("Points", places, float))
-    return points
-
-
-def _faces_of(grid):
-    """-> vtkCellArray of the cells of a vtkUnstructuredGrid; None if some of them are no faces, or
-    do not pass from corner to corner. Points and lines are cells with fewer than three corners."""
-    if not grid.GetNumberOfCells():
-        return None
-    types = vtk("vtkCommonDataModel")
-    flat = (types.VTK_VERTEX, types.VTK_LINE, types.VTK_TRIANGLE, types.VTK_QUAD, types.VTK_POLYGON)
-    # VTK 9.1 knows only the types of all cells, which are deprecated in 9.6.
-    found = getattr(grid, "GetDistinctCellTypesArray", grid.GetCellTypesArray)()
-    is_flat = np.isin(to_numpy(found), flat).all()
-    return grid.GetCells() if is_flat else None
-
-
-def as_polydata(data):
-    """The points of a vtkDataSet and their arrays, and its faces if it has no other cells."""
-    if data is None or data.GetNumberOfPoints() <= 0:  # damaged extents make it negative
-        return vtk("vtkCommonDataModel").vtkPolyData()
-    if data.IsA("vtkPolyData"):
-        return data
-    cloud = vtk("vtkCommonDataModel").vtkPolyData()
-    is_grid = data.IsA("vtkImageData") or data.IsA("vtkRectilinearGrid")
-    points = _grid_points(data) if is_grid else data.GetPoints()
-    if points.GetNumberOfPoints() != data.GetNumberOfPoints():
-        return cloud
-    cloud.SetPoints(points)
-    cloud.GetPointData().ShallowCopy(data.GetPointData())
-    cloud.GetFieldData().ShallowCopy(data.GetFieldData())
-    if data.IsA("vtkUnstructuredGrid"):
-        cloud.SetPolys(_faces_of(data))
-    return cloud
 
 
 def _use_colors(cloud):

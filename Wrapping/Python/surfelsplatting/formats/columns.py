@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .degrees import HOW
+from ..clouds.degrees import HOW
 
 # The names of a column in lower case, without units and accents, and with _ for blanks; in English, and in
 # German, French, Spanish, Italian and Portuguese.

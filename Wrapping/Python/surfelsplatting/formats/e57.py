@@ -3,11 +3,11 @@
 
 import numpy as np
 
-from .colors import colors_and_intensity
-from .packages import package_for
-from .polydata import polydata_of
-from .stations import trusted_places, ways_of
+from ..clouds.colors import colors_and_intensity
+from ..clouds.polydata import polydata_of
+from ..clouds.stations import trusted_places, ways_of
 from ..problems import UserProblem
+from .packages import package_for
 
 
 def _read_e57_scan(file, index):

@@ -5,11 +5,11 @@ import os
 
 import numpy as np
 
-from .colors import colors_and_intensity
-from .degrees import cloud_of_degrees
-from .packages import package_for
-from .polydata import polydata_of
+from ..clouds.colors import colors_and_intensity
+from ..clouds.degrees import cloud_of_degrees
+from ..clouds.polydata import polydata_of
 from ..problems import UserProblem, how_to_install
+from .packages import package_for
 
 CHUNKS_OFFSET_AT = 96  # byte of the header with the offset of the points, which begin with that of
 # the table of chunks (LAZ specification 1.4, "Chunk table")

@@ -6,10 +6,10 @@ import re
 
 import numpy as np
 
-from .columns import RGB, XYZ, Columns, arrays_of_columns
-from .polydata import polydata_of
-from .stations import trusted_places, ways_of
+from ..clouds.polydata import polydata_of
+from ..clouds.stations import trusted_places, ways_of
 from ..problems import UserProblem, no_points
+from .columns import RGB, XYZ, Columns, arrays_of_columns
 
 # Columns and rows of the scan, place and axes of the scanner, then the matrix by whose rows its points
 # are multiplied from the left.

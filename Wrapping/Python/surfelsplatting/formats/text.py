@@ -9,10 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .columns import arrays_of_columns, by_names, by_values, has_places
-from .degrees import cloud_of_degrees
-from .polydata import polydata_of
+from ..clouds.degrees import cloud_of_degrees
+from ..clouds.polydata import polydata_of
 from ..problems import UserProblem, no_points
+from .columns import arrays_of_columns, by_names, by_values, has_places
 
 COMMENTS = ("#", "//")
 BLANK = " \t\r\n,;\""

@@ -3,112 +3,17 @@
 
 import os
 from contextlib import suppress
-from dataclasses import dataclass, field
 from difflib import get_close_matches
-from typing import List, Optional, Tuple
 
 import numpy as np
 
-from .sogfiles import folder_meta
-from .stations import TO_SCANNER
+from ..clouds.cloud import Cloud, cloud_of, with_image
+from ..clouds.stations import TO_SCANNER
 from ..problems import UserProblem, no_points
-from ..surfels import (SURFEL_ARRAYS, holds_gaussians, is_model, note_model, note_scan,
-                       note_up)
-from ..vtkarrays import to_numpy
+from ..surfels import note_model, note_scan, note_up
 from ..vtkSurfelReaders import vtkGaussianSplatReader, vtkPointCloudReader
 from ..vtkSurfelRendering import vtkSurfelHierarchyReader
-
-
-def is_hierarchy(surfels):
-    return bool(surfels.GetFieldData().HasArray("SurfelLeaves"))
-
-
-@dataclass
-class Cloud:
-    data: object  # vtkPolyData, or vtkImageData of a volume
-    viewpoint: Optional[Tuple[float, float, float]] = None  # of the sensor, if the file has it
-    columns: int = 0  # of a depth image, stored row by row; 0 for other clouds
-    image: object = None  # (forward, up) of a sensor whose depth image is not in rows: [3] each
-    how: str = ""  # what was read, and how, where the file does not say it
-    is_unsure: bool = False  # whether that was a guess which may be wrong
-    path: str = ""  # of the file, beside which the cameras of a capture may be
-    is_antialiased: bool = False  # whether the file says that a capture was trained so
-    parts: object = None  # of a mesh: [n] numbers of the parts whose normals are consistent, or None
-    home: object = None  # of a capture: what views.homes has found, which takes seconds of a scene
-    is_volume: bool = field(init=False)
-    is_surfels: bool = field(init=False)
-    is_gaussians: bool = field(init=False)
-    normals: List[str] = field(init=False)  # names of arrays
-
-    def __post_init__(self):
-        points = self.data.GetPointData()
-        active = points.GetNormals()
-        names = {"Normals", active.GetName() if active is not None else "Normals"}
-        self.normals = [name for name in names if name and points.HasArray(name)]
-        self.is_volume = bool(self.data.IsA("vtkImageData"))
-        self.is_surfels = not self.is_volume and all(
-            points.HasArray(name) for name in SURFEL_ARRAYS)
-        self.is_gaussians = not self.is_volume and holds_gaussians(self.data)
-
-    @property
-    def is_drawable(self):
-        """Whether it can be drawn without surfels being made of it."""
-        return self.is_surfels or self.is_gaussians
-
-
-def _with_image(cloud):
-    """The Cloud, with its sensor if it is a depth image that was saved without rows"""
-    from .depthimages import image_axes
-
-    data = cloud.data
-    is_known = (cloud.viewpoint or data.GetFieldData().HasArray("ScanViewpoint")
-                or data.GetPointData().HasArray(TO_SCANNER))
-    if cloud.is_drawable or is_known or data.GetNumberOfPoints() == 0:
-        return cloud
-    cloud.image = image_axes(to_numpy(data.GetPoints().GetData()))
-    if cloud.image:
-        cloud.viewpoint = (0.0, 0.0, 0.0)
-        cloud.data = data.NewInstance()  # who gave it may need it
-        cloud.data.ShallowCopy(data)
-        note_scan(cloud.data, cloud.viewpoint)
-        cloud.how = "; ".join(filter(None, (cloud.how, "a depth image that is not in rows")))
-    return cloud
-
-
-def _with_fitting_arrays(data):
-    """-> the vtkDataSet without point arrays that do not have a value for each point; what to say of it"""
-    arrays, count = data.GetPointData(), data.GetNumberOfPoints()
-    numbers = [number for number in range(arrays.GetNumberOfArrays())
-               if arrays.GetAbstractArray(number).GetNumberOfTuples() != count]
-    if not numbers:
-        return data, ""
-    fitting = data.NewInstance()  # who gave it may need it
-    fitting.ShallowCopy(data)
-    for number in reversed(numbers):
-        fitting.GetPointData().RemoveArray(number)
-    names = ", ".join(str(arrays.GetArrayName(number)) for number in numbers)
-    return fitting, f"left out, as they do not have a value for each point: {names}"
-
-
-def cloud_of(data, how=""):
-    """-> Cloud of the points of a vtkDataSet, or of points on its faces where they tell more"""
-    from .datasets import as_polydata
-    from .faces import on_faces
-
-    cloud = Cloud(data, how=how)
-    if cloud.is_drawable or not (data.IsA("vtkPolyData") or data.IsA("vtkUnstructuredGrid")):
-        return cloud
-    data, left_out = _with_fitting_arrays(data)
-    cloud = _with_image(Cloud(data, how="; ".join(filter(None, (how, left_out))),
-                              is_unsure=bool(left_out)))
-    if cloud.image:
-        return cloud
-    sampled = on_faces(as_polydata(data))
-    if sampled is None:
-        return cloud
-    note_model(sampled.data, sampled.is_model or is_model(data))
-    return Cloud(sampled.data, how="; ".join(filter(None, (sampled.why, left_out))),
-                 is_unsure=bool(left_out), parts=sampled.parts)
+from .sogfiles import folder_meta
 
 
 def _of_vertices(data, how=""):
@@ -133,7 +38,7 @@ def _read_scan(path, messages, progress):
         return _of_vertices(reader.GetOutput())
     cloud = Cloud(reader.GetOutput(), reader.GetViewpoint() if reader.GetHasViewpoint() else None,
                   columns if rows > 1 else 0)
-    return cloud if cloud.columns else _with_image(cloud)
+    return cloud if cloud.columns else with_image(cloud)
 
 
 def _capture_cloud(data, invalid, is_antialiased):
@@ -185,7 +90,7 @@ def _read_text(path, _messages, _progress):
     data, columns = read_text_cloud(path)
     if columns.are_degrees:
         note_up(data, (0, 0, 1))
-    return _with_image(Cloud(data, how=str(columns), is_unsure=columns.unsure))
+    return with_image(Cloud(data, how=str(columns), is_unsure=columns.unsure))
 
 
 def _read_bin(path, _messages, _progress):
@@ -200,7 +105,7 @@ def _read_bin(path, _messages, _progress):
 
 
 def _read_las(path, _messages, _progress):
-    from .degrees import HOW, has_degrees
+    from ..clouds.degrees import HOW, has_degrees
     from .las import read_las_cloud
 
     data = read_las_cloud(path)
