@@ -377,8 +377,8 @@ int vtkPartitionedSurfelEstimation::RequestData(vtkInformation* vtkNotUsed(reque
   }
   execution.Write(output);
   const std::string message = ListCounts(
-    { { this->NumberOfNonFinitePoints, "points with NaN or infinite coordinates dropped" },
-      { this->NumberOfDuplicatePoints, "duplicates dropped" } });
+    { { this->NumberOfNonFinitePoints, "point", "with NaN or infinite coordinates dropped" },
+      { this->NumberOfDuplicatePoints, "duplicate", "dropped" } });
   if (!message.empty())
   {
     vtkWarningMacro(<< message << '.');

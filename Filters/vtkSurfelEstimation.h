@@ -49,6 +49,8 @@ class vtkPolyData;
 
 namespace SurfelGeometry
 {
+struct EstimationCounts;
+struct EstimationSettings;
 struct SearchedCloud;
 struct SurfelNeighbors;
 }
@@ -332,17 +334,17 @@ private:
   vtkSurfelEstimation(const vtkSurfelEstimation&) = delete;
   void operator=(const vtkSurfelEstimation&) = delete;
 
-  void ResetCounts();
   bool CheckSettings(vtkPointSet* input);
   void WarnOfTroubles();
   int Execute(vtkPointSet* input, vtkPolyData* output);
 #ifndef __VTK_WRAP__
   friend class vtkPointsToSurfels;
+  SurfelGeometry::EstimationSettings GetSettings() const;
+  void Take(const SurfelGeometry::EstimationCounts& counts);
+  int ExecuteAlone(vtkPointSet* input, vtkPolyData* output);
   int RequestDistributed(SurfelSplatting::Ranks& ranks, vtkPointSet* input, vtkPolyData* output);
   bool CheckDistributedMemory(SurfelSplatting::Ranks& ranks, vtkIdType points, bool orients);
 #endif
-
-  class Execution;
 
   vtkSmartPointer<vtkMultiProcessController> Controller;
   SurfelGeometry::SearchedCloud* Searched = nullptr;    ///< search in the next input, if known

@@ -307,10 +307,11 @@ int vtkSurfelHierarchy::Execute(vtkPolyData* input, vtkPolyData* output)
       << BytesPerSurfel + BytesPerNode << " bytes each. Use fewer points.");
     return 0;
   }
-  if (this->NumberOfInvalidSurfels > 0)
+  const std::string message = SurfelGeometry::ListCounts(
+    { { this->NumberOfInvalidSurfels, "surfel", "left out, with values that are not finite" } });
+  if (!message.empty())
   {
-    vtkWarningMacro(<< this->NumberOfInvalidSurfels
-                    << " surfels left out: their values are not finite.");
+    vtkWarningMacro(<< message << '.');
   }
   this->UpdateProgress(1.0);
   return 1;

@@ -492,12 +492,14 @@ void vtkSurfelNormalization::ResetReport()
 //------------------------------------------------------------------------------
 void vtkSurfelNormalization::WarnOfTroubles()
 {
-  if (this->NumberOfUnusableSurfels > 0 || this->NumberOfDuplicateSurfels > 0)
+  const std::string message =
+    ListCounts({ { this->NumberOfUnusableSurfels, "surfel",
+                   "left unchanged (values not finite, no area or no extent)" },
+      { this->NumberOfDuplicateSurfels, "surfel",
+        "at the position of another one got the weight 0" } });
+  if (!message.empty())
   {
-    vtkWarningMacro(<< this->NumberOfUnusableSurfels
-                    << " surfels left unchanged (values not finite, no area or no extent); "
-                    << this->NumberOfDuplicateSurfels
-                    << " surfels at the position of another one got the weight 0.");
+    vtkWarningMacro(<< message << '.');
   }
 }
 

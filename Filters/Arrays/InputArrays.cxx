@@ -74,14 +74,15 @@ vtkDataArray* FindScanners(vtkPointSet* input)
   return AreVectorsOf(input, ways) ? ways : nullptr;
 }
 
-std::string ListCounts(std::initializer_list<std::pair<vtkIdType, const char*>> counts)
+std::string ListCounts(std::initializer_list<CountedThings> counts)
 {
   std::string text;
-  for (const auto& [count, what] : counts)
+  for (const auto& [count, thing, what] : counts)
   {
     if (count > 0)
     {
-      text += (text.empty() ? "" : "; ") + std::to_string(count) + ' ' + what;
+      text += (text.empty() ? "" : "; ") + std::to_string(count) + ' ' + thing +
+        (count == 1 ? " " : "s ") + what;
     }
   }
   return text;

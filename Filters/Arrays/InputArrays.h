@@ -12,7 +12,6 @@
 
 #include <initializer_list>
 #include <string>
-#include <utility>
 
 class vtkDataArray;
 class vtkObject;
@@ -38,8 +37,17 @@ vtkDataArray* FindNormals(vtkPointSet* input, const char* name);
 vtkDataArray* FindScanners(vtkPointSet* input);
 constexpr const char* ToScannerArray = "ToScanner";
 
-/// Lists the counts above 0 for a warning: "3 duplicates dropped; 1 ..."; empty if there are none.
-std::string ListCounts(std::initializer_list<std::pair<vtkIdType, const char*>> counts);
+/// How many things something has happened to.
+struct CountedThings
+{
+  vtkIdType Count;
+  const char* Thing; // in the singular, whose plural ends in s
+  const char* What;
+};
+
+/// Lists the counts above 0 for a warning: "3 duplicates dropped; 1 point ..."; empty if there are
+/// none.
+std::string ListCounts(std::initializer_list<CountedThings> counts);
 
 template <typename Array>
 vtkNew<Array> MakeArray(const char* name, int components, vtkIdType count)

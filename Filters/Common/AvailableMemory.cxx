@@ -93,4 +93,11 @@ std::string CheckMemory(vtkIdType points, double bytesPerPoint, double available
           << static_cast<vtkIdType>(available / bytesPerPoint) << " points, or cut it into parts.";
   return message.str();
 }
+
+std::string LackOfMemory(vtkIdType points)
+{
+  return "There was too little memory for " + std::to_string(points) +
+    " points, here or in a process that works on the same cloud. Reduce the cloud, or cut it into "
+    "parts.";
+}
 }

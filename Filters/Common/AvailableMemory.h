@@ -26,4 +26,7 @@ void ReturnFreeMemory();
 
 /// An error message if `points` with `bytesPerPoint` do not fit; empty if they do.
 std::string CheckMemory(vtkIdType points, double bytesPerPoint, double available);
+
+/// The error message of a filter whose allocation failed nevertheless.
+std::string LackOfMemory(vtkIdType points);
 }

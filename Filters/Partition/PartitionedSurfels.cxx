@@ -127,10 +127,11 @@ vtkSmartPointer<vtkPolyData> WorkOnRegion(SurfelSplatting::Ranks& ranks, Partiti
   }
 }
 
-vtkIdType WritePartitionedSurfels(
-  PartitionedCloud& cloud, vtkPolyData* surfels, vtkPointSet* input, vtkPolyData* output)
+vtkIdType WritePartitionedSurfels(SurfelSplatting::Ranks& ranks, PartitionedCloud& cloud,
+  vtkPolyData* surfels, vtkPointSet* input, vtkPolyData* output)
 {
-  const PartitionedCloud::Results results = PackSurfels(cloud, surfels);
+  PartitionedCloud::Results results;
+  ranks.DoOwn([&] { results = PackSurfels(cloud, surfels); });
   const PartitionedCloud::Returned returned = cloud.Return(results);
   PassPointData(input, returned.Has, output);
   const auto count =

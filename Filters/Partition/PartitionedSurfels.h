@@ -36,8 +36,8 @@ vtkSmartPointer<vtkPolyData> WorkOnRegion(SurfelSplatting::Ranks& ranks, Partiti
 
 /// Collective. Writes the surfels of all regions to the output of the rank that has their points,
 /// in the order of its input, with its point data. @return the number of this rank's surfels
-vtkIdType WritePartitionedSurfels(
-  PartitionedCloud& cloud, vtkPolyData* surfels, vtkPointSet* input, vtkPolyData* output);
+vtkIdType WritePartitionedSurfels(SurfelSplatting::Ranks& ranks, PartitionedCloud& cloud,
+  vtkPolyData* surfels, vtkPointSet* input, vtkPolyData* output);
 
 /// Collective. The same for the area vectors only, for an output that is a copy of the input;
 /// points without a result keep theirs.

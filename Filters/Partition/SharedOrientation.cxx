@@ -185,6 +185,13 @@ const double* SharedOrientation::Origin() const
   return this->Partition.Origin();
 }
 
+bool SharedOrientation::All(const std::function<bool()>& work)
+{
+  bool succeeded = false;
+  this->Group.DoOwn([&] { succeeded = work(); });
+  return this->Group.All(succeeded);
+}
+
 bool SharedOrientation::Orient(const LocalCloud& cloud, const NeighborGraph& graph,
   const OutsideSettings& settings, const StageProgress& progress, PlaneFits& fits,
   OrientationResult& result)

@@ -13,6 +13,7 @@
 
 #include "Core/Base/Ranks.h"
 
+#include <functional>
 #include <vector>
 
 namespace SurfelGeometry
@@ -35,8 +36,8 @@ public:
   /// Origin of the distributed points.
   const double* Origin() const;
 
-  /// Collective: whether the condition holds on all ranks.
-  bool All(bool condition) { return this->Group.All(condition); }
+  /// Collective: whether the work of each rank succeeds. If one lacks memory for it, all throw.
+  bool All(const std::function<bool()>& work);
 
   /**
    * Collective. OrientConsistently for the points of this rank's region and halo.

@@ -246,11 +246,11 @@ int vtkVolumeSplatting::SplatParticles(
   {
     origin[k] += inputOrigin[k];
   }
-  if (done && unusable > 0)
+  const std::string message = SurfelGeometry::ListCounts({ { unusable, "particle",
+    "left out: place, scalar and radius must be finite, and the radius above 0" } });
+  if (done && !message.empty())
   {
-    vtkWarningMacro(<< unusable
-                    << " particles were left out: place, scalar and radius must be finite, and the "
-                       "radius above 0.");
+    vtkWarningMacro(<< message << '.');
   }
   return this->Finish(done, collection, origin, output);
 }

@@ -11,6 +11,8 @@
 #include "SurfelTesting.h"
 #include "ThreadController.h"
 
+#include "vtkSurfelEstimation.h"
+
 #include <doctest/doctest.h>
 
 #include <atomic>
@@ -185,5 +187,54 @@ TEST_CASE("No memory to orient a cloud")
     SurfelGeometry::SharedOrientation(ranks, fetched.Whole)
       .Orient(fetched.Cloud, fetched.Graph, {}, { nullptr, 0.0, 1.0 }, fetched.Fits, result);
   });
+}
+
+/// The estimation itself, whatever a rank does not get, and in whatever step: all ranks report an
+/// error and have no surfels, or all have theirs.
+TEST_CASE("No memory to estimate surfels")
+{
+  const auto estimate = [](std::size_t largest, int mode) {
+    std::atomic<int> errors{ 0 }, without{ 0 };
+    SurfelTesting::ThreadController::Run(3, [&](vtkMultiProcessController* controller) {
+      const int rank = controller->GetLocalProcessId();
+      vtkNew<vtkSurfelEstimation> estimation;
+      const SurfelTesting::Messages messages(estimation);
+      estimation->SetController(controller);
+      estimation->SetOrientationMode(mode);
+      estimation->SetInputData(SurfelTesting::ToPolyData(
+        SurfelTesting::MakeSphere(1.0, 2000, SurfelTesting::Random(1 + rank)).Points));
+      Largest = rank == 1 ? largest : Unlimited;
+      estimation->Update();
+      Largest = Unlimited;
+      errors += messages.Errors.empty() ? 0 : 1;
+      without += estimation->GetOutput()->GetNumberOfPoints() == 0 ? 1 : 0;
+    });
+    CHECK(errors == without);
+    return errors.load();
+  };
+  for (const int mode : { vtkSurfelEstimation::CONSISTENT, vtkSurfelEstimation::TWO_SIDED })
+  {
+    CHECK(estimate(4096, mode) == 3);
+    for (std::size_t largest = 5000; largest < 1'000'000; largest += largest / 4)
+    {
+      const int errors = estimate(largest, mode);
+      CHECK((errors == 3 || errors == 0));
+    }
+    CHECK(estimate(Unlimited, mode) == 0);
+  }
+}
+
+TEST_CASE("No memory to estimate surfels alone")
+{
+  vtkNew<vtkSurfelEstimation> estimation;
+  const SurfelTesting::Messages messages(estimation);
+  estimation->SetInputData(SurfelTesting::ToPolyData(
+    SurfelTesting::MakeSphere(1.0, 2000, SurfelTesting::Random(1)).Points));
+  Largest = 4096;
+  estimation->Update();
+  Largest = Unlimited;
+  REQUIRE(messages.Errors.size() == 1);
+  CHECK(messages.Errors[0].find("too little memory for 2000 points") != std::string::npos);
+  CHECK(estimation->GetOutput()->GetNumberOfPoints() == 0);
 }
 }
