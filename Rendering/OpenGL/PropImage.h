@@ -7,10 +7,9 @@
 #pragma once
 
 #include "Core/Base/Ranks.h"
-#include "Core/Splats/DepthImageSurfels.h"
 #include "Rendering/OpenGL/FrameBlit.h"
-#include "Rendering/OpenGL/OffscreenFrame.h"
-#include "Rendering/OpenGL/PassFrame.h"
+#include "Rendering/OpenGL/FrameFinish.h"
+#include "Rendering/OpenGL/PropMargin.h"
 #include "Rendering/Scene/SceneView.h"
 
 #include <vector>
@@ -25,15 +24,6 @@ namespace SurfelSplatting
 /// Whether a renderer shows any prop in 3D space that is not surfels.
 bool HasOtherProps(vtkRenderer* renderer, bool opaqueOnly);
 
-/// A picture that the splatter has made.
-struct SplattedPicture
-{
-  const float* Color;                     ///< [height][width][4] premultiplied RGBA
-  const float* Depth;                     ///< [height][width] distance; 0 where there is none
-  std::size_t Pixels;                     ///< height times width
-  const DepthImageSurfels& BlurredPixels; ///< pixels of props that it shows through the lens
-};
-
 /**
  * Call its methods in this order in a frame: Begin or StaySharp; render the props; ReadDepth; Read;
  * splat with OccluderDepth and BlurredImage; on rank 0 BeginFinish and Finish, on other ranks
@@ -46,7 +36,7 @@ public:
   void SetLinearLight(bool linear) { this->Image.LinearLight = linear; }
 
   /// Whether nothing but a colour is in the framebuffer before the props are drawn.
-  void SetPlainBackground(bool plain) { this->IsPlain = plain; }
+  void SetPlainBackground(bool plain) { this->Pixels.IsPlain = plain; }
 
   /// Call before the props are drawn, if they are not to be blurred.
   void StaySharp() { this->Margin = 0; }
@@ -84,7 +74,7 @@ public:
   /// there are none. Null if there are none at all.
   const float* OccluderDepth() const
   {
-    return this->Distances.empty() ? nullptr : this->Distances.data();
+    return this->Pixels.Distances.empty() ? nullptr : this->Pixels.Distances.data();
   }
 
   /// The image for the splatter; null if the props stay sharp or the image is on rank 0.
@@ -94,28 +84,34 @@ public:
   /// done.
   bool ReadColor(const PassFrame& frame)
   {
-    return this->Blit.ReadColor(frame.Window, frame.Rectangle, this->Color);
+    return this->Blit.ReadColor(frame.Window, frame.Rectangle, this->Pixels.Color);
   }
 
   /**
    * Begins to finish the frame: props that were splatted are no longer there.
    * @param isWhole whether the finished colours are to contain all that is seen
    */
-  void BeginFinish(const SplattedPicture& picture, bool isWhole);
+  void BeginFinish(const SplattedPicture& picture, bool isWhole)
+  {
+    this->Finisher.Begin(picture, this->Image, isWhole, this->Pixels);
+  }
 
   /**
    * Finishes the pixels [begin, end); threads may finish different ones.
    * @param deepest largest window depth of pixels with any colour
    */
   void Finish(const SplattedPicture& picture, const DepthRange& range, float deepest,
-    std::size_t begin, std::size_t end);
+    std::size_t begin, std::size_t end)
+  {
+    this->Finisher.Finish(picture, range, deepest, begin, end);
+  }
 
   /// [height][width] the smaller window depth of props and splats, where Finish has been called.
-  const float* FinishedDepth() const { return this->WindowDepth.data(); }
+  const float* FinishedDepth() const { return this->Pixels.WindowDepth.data(); }
 
   /// [height][width][4] the finished colours if they are whole: the splatter's picture over the
   /// props where they stayed sharp, and over the background where they were splatted.
-  const float* FinishedColor() const { return this->Color.data(); }
+  const float* FinishedColor() const { return this->Pixels.Color.data(); }
 
   /// On ranks other than 0: clears the props that are in the picture of rank 0. Translucent props
   /// and volumes, which have no depth, stay.
@@ -125,36 +121,17 @@ public:
 
 private:
   bool ReadImage(const PassFrame& frame, bool shares, vtkRenderPass* delegate);
-  bool DrawWide(
-    const PassFrame& frame, const std::vector<vtkProp*>& props, vtkRenderPass* delegate);
-  bool ReadMargin(const PassFrame& frame);
   void MakeMixedOpaque();
-  void PlaceMiddle(const PassFrame& frame);
   bool FindBackdrop() const;
-  void MixPixels(const SplattedPicture& picture, std::size_t begin, std::size_t end);
-  const float* BackgroundOf(std::size_t p) const
-  {
-    return &this->Background[this->IsPlain ? 0 : 4 * p];
-  }
   void Gather(Ranks& ranks, Message own, bool hasProps, const DepthRange& range);
-  Message PackPixels() const;
-  void AddPixels(const Message& pixels);
-  const float* ColorUnder(const DepthImageSurfels::Pixel& pixel) const;
 
   FrameBlit Blit;
-  OffscreenFrame Wide;
-  std::vector<float> WindowDepth, Distances;   // of the frame
-  std::vector<float> Background, Color;        // of the frame
-  std::vector<float> WideDistances, WideColor; // with the margin
-  std::vector<float> WideWindowDepth;
-  std::vector<float> Under; // splatted pixels
+  PropPixels Pixels;
+  PropMargin Beside{ Blit };
+  FrameFinish Finisher;
   DepthImage Image;
-  std::size_t Width = 0; // of the frame, px
   int Margin = 0;        // px on each side
   bool HasImage = false; // the image is complete
   bool Gathered = false;
-  bool IsPlain = false;     // the background is one colour, and Background one pixel
-  bool IsWhole = false;     // colours are finished, not only depths
-  bool HasBackdrop = false; // something without a depth, such as a skybox, was drawn
 };
 }
