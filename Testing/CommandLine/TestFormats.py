@@ -53,7 +53,9 @@ class TestFormats(ToolCase):
         rows = np.column_stack([points, colors])
         np.savetxt("cloud.xyz", rows, fmt="%.17g")
         np.savetxt("cloud.txt", rows, fmt="%.17g", delimiter=",", header="x,y,z,r,g,b")
-        for name in ("ascii.ply", "big.ply", "double.ply", "UPPER.PLY", "ascii.pcd", "binary.pcd",
+        np.savetxt("cloud.tsv", rows, fmt="%.17g", delimiter="\t", header="x\ty\tz\tr\tg\tb", comments="")
+        np.savetxt("cloud.xyzrgb", rows, fmt="%.17g")
+        for name in ("cloud.tsv", "cloud.xyzrgb", "ascii.ply", "big.ply", "double.ply", "UPPER.PLY", "ascii.pcd", "binary.pcd",
                      "binary_compressed.pcd", "cloud.vtp", "cloud.xyz", "cloud.txt"):
             np.testing.assert_allclose(self.picture(name), reference, atol=2e-3, err_msg=name)
 

@@ -26,7 +26,7 @@ class TestTextClouds(ToolCase):
         for text in ("1 2 3\n4 5 6\n", "1,2,3\n4,5,6\n", "1, 2, 3\n4, 5, 6", "1;2;3\n4;5;6\n",
                      "  1\t2  3\n\n4 5 6\n", "# made by hand\n1 2 3 # first\n4 5 6\n",
                      "//X Y Z\n1 2 3\n4 5 6\n", "2\n1 2 3\n4 5 6\n", "# n\n2\n\n1 2 3\n4 5 6\n",
-                     "x,y,z\n1,2,3\n4,5,6\n", "1 2 3\r\n4 5 6\r\n"):
+                     "x,y,z\n1,2,3\n4,5,6\n", "1 2 3\r\n4 5 6\r\n", "x|y|z\n1|2|3\n4|5|6\n", "1 | 2 | 3\n4 | 5 | 6"):
             self.assertEqual(self.check_points(text), {}, repr(text))
 
     def test_points_that_begin_with_their_names(self):
@@ -140,6 +140,30 @@ class TestTextClouds(ToolCase):
         np.testing.assert_array_equal(arrays["time"], [1e9, 1000000000.001])
         self.check_points("# made by me\n1 2 3\n4 5 6\n")
 
+    def test_names_of_one_stem(self):
+        """As drivers, engines and spreadsheets write them"""
+        places, rest = "1,2,3", "10,20,30,0,0,1"
+        for names in ("point.x,point.y,point.z,color.r,color.g,color.b,normal.x,normal.y,normal.z",
+                      "PosX,PosY,PosZ,ColR,ColG,ColB,NormX,NormY,NormZ",
+                      "XCoord,YCoord,ZCoord,R,G,B,nx,ny,nz", "x_m,y_m,z_m,r,g,b,n_x,n_y,n_z",
+                      "Points:0,Points:1,Points:2,RGB:0,RGB:1,RGB:2,Normals:0,Normals:1,Normals:2",
+                      '"Points_m_XYZ:0","Points_m_XYZ:1","Points_m_XYZ:2",red,green,blue,nx,ny,nz'):
+            arrays = self.check_points(f"{names}\n{places},{rest}\n4,5,6,{rest}\n", path="cloud.csv")
+            self.assertFalse(self.columns.unsure, names)
+            np.testing.assert_array_equal(arrays["RGB"], [[10, 20, 30]] * 2, names)
+            np.testing.assert_array_equal(arrays["Normals"], [[0, 0, 1]] * 2, names)
+        # What has three parts is no place for that.
+        arrays = self.check_points("vel_x,vel_y,vel_z,x,y,z\n7,8,9,1,2,3\n7,8,9,4,5,6\n", path="cloud.csv")
+        self.assertEqual(set(arrays), {"vel_x", "vel_y", "vel_z"})
+        self.check_points("a,b,c,vel_x,vel_y,vel_z\n1,2,3,7,8,9\n4,5,6,7,8,9\n", path="cloud.csv")
+        self.assertTrue(self.columns.unsure)
+
+    def test_packed_colors(self):
+        arrays = self.check_points(f"x y z rgb\n1 2 3 {0xFF8001}\n4 5 6 {0xFF000102}\n")
+        np.testing.assert_array_equal(arrays["RGB"], [[255, 128, 1], [0, 1, 2]])
+        arrays = self.check_points("x y z rgb\n1 2 3 0.5\n4 5 6 0.25\n")  # whatever that is
+        np.testing.assert_array_equal(arrays["rgb"], [0.5, 0.25])
+
     def test_names_that_say_nothing_of_places(self):
         arrays = self.check_points("u,v,w,value\n1,2,3,4\n4,5,6,7\n")
         np.testing.assert_array_equal(arrays["value"], [4, 7])
@@ -181,6 +205,14 @@ class TestTextClouds(ToolCase):
             np.testing.assert_array_equal(arrays["a"], [np.nan, 8], rows)
             np.testing.assert_array_equal(arrays["b"], [7, np.nan], rows)
 
+    def test_cells_without_a_value(self):
+        """As programs write them, in the first point as well: the column is no column of words."""
+        for word in ("NA", "n/a", "null", "None", "-", '"NA"'):
+            arrays = self.check_points(f"x,y,z,r,g,b,t\n1,2,3,{word},{word},{word},{word}\n"
+                                       "4,5,6,10,20,30,7\n", path="cloud.csv")
+            np.testing.assert_array_equal(arrays["RGB"], [[0, 0, 0], [10, 20, 30]], word)
+            np.testing.assert_array_equal(arrays["t"], [np.nan, 7], word)
+
     def test_errors_name_the_line(self):
         for row in ("4,5,bad,7", "4,5"):
             with self.assertRaisesRegex(UserProblem, "line 4$", msg=row):
@@ -214,6 +246,39 @@ class TestTextClouds(ToolCase):
             self.assertEqual(len(self.check_points(f"{row}\n{row}\n", [[1, 2, 3]] * 2)), count - 3)
         with self.assertRaises(UserProblem):
             self.read("1 2\n")
+
+    def test_colors_beside_columns_of_few_values(self):
+        """Alpha or a class before or behind them: these have few values, channels have many."""
+        random = np.random.default_rng(1)
+        points = random.normal(size=(300, 3))
+        colors = random.integers(0, 180, (300, 1)) + random.integers(0, 70, (300, 3))
+        for odd in (np.full(300, 255), random.integers(0, 8, 300)):
+            for order in ([odd[:, None], colors], [colors, odd[:, None]]):
+                np.savetxt("cloud.xyz", np.column_stack([points, *order]), fmt="%.6g")
+                cloud, columns = read_text_cloud("cloud.xyz")
+                np.testing.assert_array_equal(arrays_of(cloud)["RGB"], colors)
+                self.assertTrue(columns.unsure)
+
+    def test_colors_and_normals_among_many_columns(self):
+        """As data sets for learning have them, with classes and times behind"""
+        random = np.random.default_rng(1)
+        points = random.normal(size=(300, 3))
+        colors = random.integers(0, 180, (300, 1)) + random.integers(0, 70, (300, 3))
+        normals = points / np.linalg.norm(points, axis=1)[:, None]
+        times, classes = 1e6 + np.arange(300), random.integers(0, 9, 300)
+        for rest, ways in (([colors, times, classes], ("RGB", "column 7", "column 8")),
+                           ([classes, classes, colors], ("column 4", "column 5", "RGB")),
+                           ([colors, normals, classes], ("RGB", "Normals", "column 10")),
+                           ([times, normals, classes, colors, times],
+                            ("column 4", "Normals", "column 8", "RGB", "column 12"))):
+            np.savetxt("cloud.txt", np.column_stack([points, *rest]), fmt="%.9g")
+            cloud, columns = read_text_cloud("cloud.txt")
+            arrays = arrays_of(cloud)
+            self.assertEqual(set(arrays), set(ways))
+            self.assertTrue(columns.unsure)
+            np.testing.assert_array_equal(arrays["RGB"], colors)
+            if "Normals" in arrays:
+                np.testing.assert_allclose(arrays["Normals"], normals, atol=1e-6)
 
     def test_numbers_of_points_are_no_places(self):
         """With names that say nothing, and without names"""

@@ -1,47 +1,25 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What the columns of a table of points mean: by their names, or guessed by their values."""
 
-import re
-import unicodedata
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..clouds.degrees import HOW
+from .columnnames import NORMALS, PACKED_RGB, RGB, XYZ, meanings_in_degrees, meanings_of
 
-# The names of a column in lower case, without units and accents, and with _ for blanks; in English, and in
-# German, French, Spanish, Italian and Portuguese.
-NAMES = {
-    "x": ("x", "easting", "east", "e", "x_coordinate", "coord_x", "cartesianx", "points_0",
-          "points:0", "rechtswert", "ostwert", "ost", "est", "este", "leste"),
-    "y": ("y", "northing", "north", "n", "y_coordinate", "coord_y", "cartesiany", "points_1",
-          "points:1", "hochwert", "nordwert", "nord", "norte"),
-    "z": ("z", "elevation", "height", "altitude", "h", "z_coordinate", "coord_z", "cartesianz",
-          "points_2", "points:2", "hohe", "hoehe", "hauteur", "altura", "elevacion", "cota", "quota",
-          "altezza", "elevacao"),
-    "red": ("r", "red", "rf", "diffuse_red", "colorred", "rgb_0", "rgb:0", "rot", "rouge", "rojo",
-            "rosso", "vermelho"),
-    "green": ("g", "green", "gf", "diffuse_green", "colorgreen", "rgb_1", "rgb:1", "grun", "gruen",
-              "vert", "verde"),
-    "blue": ("b", "blue", "bf", "diffuse_blue", "colorblue", "rgb_2", "rgb:2", "blau", "bleu", "azul",
-             "blu"),
-    "nx": ("nx", "normal_x", "normalx", "n_x", "normals_0", "normals:0"),
-    "ny": ("ny", "normal_y", "normaly", "n_y", "normals_1", "normals:1"),
-    "nz": ("nz", "normal_z", "normalz", "n_z", "normals_2", "normals:2"),
-    "intensity": ("intensity", "i", "scalar_intensity", "reflectance", "reflectivity", "remission",
-                  "amplitude", "intensitat", "intensitaet", "intensite", "intensidad", "intensita",
-                  "intensidade"),
-}
-DEGREES = {"x": ("lon", "long", "lng", "longitude"), "y": ("lat", "latitude"), "z": ("alt", "ele")}
-XYZ, RGB, NORMALS = ("x", "y", "z"), ("red", "green", "blue"), ("nx", "ny", "nz")
 ENOUGH_TO_COUNT = 10  # points whose numbers are no places by chance
+MOST_SAMPLES = 20_000  # points whose values stand for all
+FEW_VALUES = 4  # as many times fewer than a channel of a colour has alpha, a class or a return
+MANY_VALUES = 32  # of a channel of a colour, where nothing but its values tells that it is one
+ALIKE = 0.5  # least correlation of two channels of a colour: both are bright in the light
 
 
 @dataclass
 class Columns:
     """The meaning of each column, and how sure it is."""
 
-    meanings: list  # of NAMES, or else the name of a scalar
+    meanings: list  # of columnnames.NAMES, or else the name of a scalar
     source: str  # of the meanings, for people
     unsure: bool = False
     are_degrees: bool = False  # whether x and y are longitudes and latitudes
@@ -49,22 +27,6 @@ class Columns:
     def __str__(self):
         advice = "; if that is wrong, write their names into the first line" if self.unsure else ""
         return f"columns {', '.join(self.meanings)}, {self.source}{advice}"
-
-
-def _known(name):
-    """The meaning of a name, or None."""
-    letters = unicodedata.normalize("NFKD", name.lower())  # without the accents, which stand alone
-    plain = "".join(letter for letter in letters if not unicodedata.combining(letter))
-    plain = re.sub(r"\(.*?\)|\[.*?\]", "", plain).strip(" \t_")
-    plain = re.sub(r"[\s.-]+", "_", plain)
-    return next((meaning for meaning, names in NAMES.items() if plain in names), None)
-
-
-def _known_degrees(names):
-    """-> [n] x and y for longitudes and latitudes, z for heights, else what _known says"""
-    plain = [name.lower().split("(")[0].strip(" \t_") for name in names]
-    return [next((axis for axis, words in DEGREES.items() if name in words), _known(name))
-            for name in plain]
 
 
 def _are_numbers_of_points(column):
@@ -78,8 +40,8 @@ def _begins_with_numbers(table):
 
 def by_names(names, table):
     """-> Columns"""
-    all_known = [_known(name) for name in names]
-    degrees = _known_degrees(names)
+    all_known = meanings_of(names)
+    degrees = meanings_in_degrees(names)
     are_degrees = not {"x", "y"} & set(all_known) and set(XYZ) <= set(degrees)
     if are_degrees:
         all_known = degrees
@@ -97,10 +59,6 @@ def by_names(names, table):
     meanings = [f"{m}_" if m in XYZ else m for m in meanings]
     meanings[first:first + 3] = XYZ
     return Columns(meanings, f"as {', '.join(names[first:first + 3])} seem to be places", True)
-
-
-def has_places(names):
-    return any(set(XYZ) <= set(known) for known in (map(_known, names), _known_degrees(names)))
 
 
 def _are_normals(triple):
@@ -129,6 +87,12 @@ def _intensity_is_last(values):
     return difference(2, 3) > 2 * difference(0, 1)
 
 
+def _numbers_of_values(values):
+    """-> [columns] how many values they have, of some points"""
+    some = values[::max(1, len(values) // MOST_SAMPLES)]
+    return [len(np.unique(column)) for column in some.T]
+
+
 def _seven(values):
     """-> meanings of x y z and four more, whether they are unsure."""
     if _are_normals(values[:, 1:]):
@@ -139,6 +103,9 @@ def _seven(values):
     for fits in (_are_bytes, _are_colors):
         middle, behind = fits(values[:, :3]), fits(values[:, 1:])
         if middle and behind:
+            start, *_, end = _numbers_of_values(values)
+            if FEW_VALUES * min(start, end) <= max(start, end):  # alpha, or a class
+                return ((*RGB, "column 7") if end < start else ("column 4", *RGB)), True
             return (last if _intensity_is_last(values) else first), True
         if middle or behind:
             return (last if middle else first), False
@@ -150,6 +117,28 @@ def _nine(values):
     if front == back:
         return None, False
     return ((*RGB, *NORMALS) if front else (*NORMALS, *RGB)), False
+
+
+def _are_photographed(triple):
+    """Whether these are whole numbers of as many values, and as alike, as the channels of photographs"""
+    if len(triple) == 0 or triple.min() < 0 or triple.max() > 65535 or (triple != np.round(triple)).any():
+        return False
+    some = triple[::max(1, len(triple) // MOST_SAMPLES)]
+    return (min(_numbers_of_values(some)) >= MANY_VALUES
+            and np.corrcoef(some, rowvar=False).min() >= ALIKE)
+
+
+def _any_number(values, first):
+    """-> meanings of columns of which nothing but their values tells that some are colours or normals.
+    first: the number of the first column in the table, from 1"""
+    meanings = [f"column {first + n}" for n in range(values.shape[1])]
+    for triple, fits in ((NORMALS, _are_normals), (RGB, _are_photographed)):
+        for begin in range(len(meanings) - 2):
+            are_free = all(meaning.startswith("column") for meaning in meanings[begin:begin + 3])
+            if are_free and fits(values[:, begin:begin + 3]):
+                meanings[begin:begin + 3] = triple
+                break
+    return meanings
 
 
 def by_values(path, table):
@@ -170,7 +159,7 @@ def by_values(path, table):
     else:
         rest = None
     if rest is None:
-        rest, unsure = [f"column {4 + len(numbers) + n}" for n in range(count - 3)], True
+        rest, unsure = _any_number(values, 4 + len(numbers)), True
     return Columns([*numbers, *XYZ, *rest], "guessed by their values", unsure)
 
 
@@ -179,6 +168,15 @@ def _as_bytes(triple):
     largest = triple.max(initial=0)
     scale = 255.0 if largest <= 1 else 1.0 if largest <= 255 else 1 / 257
     return np.round(np.clip(triple * scale, 0, 255)).astype(np.uint8)
+
+
+def _unpacked(packed):
+    """-> [n, 3] bytes of whole numbers 0xRRGGBB, perhaps with alpha before; None if they are none"""
+    known = np.nan_to_num(packed, posinf=-1.0, neginf=-1.0)
+    if len(known) == 0 or known.min() < 0 or not 0xFFFF < known.max() <= 0xFFFFFFFF \
+            or (known != np.round(known)).any():
+        return None
+    return (known.astype(np.int64)[:, None] >> np.array([16, 8, 0]) & 0xFF).astype(np.uint8)
 
 
 def arrays_of_columns(table, columns):
@@ -192,6 +190,11 @@ def arrays_of_columns(table, columns):
         if colors.any():  # writers that have no colours leave zeros
             arrays["RGB"] = colors
         used.update(RGB)
+    elif PACKED_RGB in columns.meanings:
+        colors = _unpacked(table[:, columns.meanings.index(PACKED_RGB)])
+        if colors is not None:
+            arrays["RGB"] = colors
+            used.add(PACKED_RGB)
     if set(NORMALS) <= set(columns.meanings):
         arrays["Normals"] = np.nan_to_num(triple(NORMALS), posinf=0.0, neginf=0.0)
         used.update(NORMALS)

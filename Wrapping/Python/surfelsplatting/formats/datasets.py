@@ -4,13 +4,11 @@
 import os
 from contextlib import nullcontext
 
-import numpy as np
-
 from ..backend import vtk
 from ..clouds.colors import COLOR_NAMES, color_bytes, is_colors
+from ..clouds.polydata import as_polydata
 from ..clouds.volumes import is_volume
 from ..problems import UserProblem
-from ..vtkarrays import named_array, to_numpy
 from .probing import check_survives, silent_libraries
 from .rawvolumes import check_raw_size
 

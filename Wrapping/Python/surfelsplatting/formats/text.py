@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Point clouds in columns of text: .xyz, .txt, .csv, .asc and .pts."""
+"""Point clouds in columns of text: .xyz, .txt, .csv, .tsv, .asc, .pts and the like."""
 
 import codecs
 import itertools
@@ -12,10 +12,12 @@ import numpy as np
 from ..clouds.degrees import cloud_of_degrees
 from ..clouds.polydata import polydata_of
 from ..problems import UserProblem, no_points
-from .columns import arrays_of_columns, by_names, by_values, has_places
+from .columnnames import has_places
+from .columns import arrays_of_columns, by_names, by_values
 
 COMMENTS = ("#", "//")
-BLANK = " \t\r\n,;\""
+BLANK = " \t\r\n,;|\""
+MISSING = {"", "na", "n/a", "#n/a", "null", "none", "nil", "-", "--", "?"}  # values, as programs write them
 PTS_MARK = re.compile(r"\d+|BEGIN|END")  # a scan may begin with the number of its points, or a word
 HEAD = 1000  # lines in which the first point is looked for
 START = 1 << 20  # bytes that tell the encoding
@@ -34,7 +36,7 @@ class _Layout:
 
 
 def _words(line):
-    return re.split(r"[\s,;]+", line.strip(" \t\r\n,;"))
+    return re.split(r"[\s,;|]+", line.strip(" \t\r\n,;|"))
 
 
 def _is_number(word):
@@ -43,6 +45,10 @@ def _is_number(word):
     except ValueError:
         return False
     return True
+
+
+def _is_missing(cell):
+    return cell.strip(" \t\"'").lower() in MISSING
 
 
 def _is_row(line):
@@ -72,8 +78,9 @@ def _split(line, delimiter):
 
 def _delimiter(row):
     """-> the mark between the columns or None for blanks, whether a comma is a decimal point."""
-    if ";" in row:
-        return ";", "," in row
+    for delimiter in (";", "|"):
+        if delimiter in row:
+            return delimiter, "," in row
     for delimiter in ("\t", None):
         cells = row.strip().split(delimiter)
         if "," in row and len(cells) > 2 and all(map(DECIMAL_COMMA.fullmatch, cells)):
@@ -95,9 +102,9 @@ def _find_names(lines, delimiter, count):
 
 
 def _columns_of_numbers(rows):
-    """Those whose first cell that is not empty holds a number."""
+    """Those whose first cell that is not missing holds a number."""
     return [number for number, cells in enumerate(zip(*rows))
-            if _is_number(next(filter(None, cells), ""))]
+            if _is_number(next((cell for cell in cells if not _is_missing(cell)), ""))]
 
 
 def _find_encoding(path):
@@ -169,16 +176,17 @@ def _read_table(path, layout):
     def load(**more):
         with _open(path, layout.encoding) as file:
             return np.loadtxt(_lines(file, path, layout, at), ndmin=2, comments=COMMENTS,
-                              delimiter=layout.delimiter, usecols=layout.used, **more)
+                              delimiter=layout.delimiter, usecols=layout.used, encoding=None, **more)
 
     try:
         try:
             return load()
         except ValueError as problem:
-            if "convert string ''" not in str(problem):
+            cell = re.search("convert string '(.*?)'", str(problem))
+            if not cell or not _is_missing(cell[1]):
                 raise
             # Cells may be empty. This takes ten times as long.
-            return load(converters=lambda cell: float(cell) if cell.strip() else math.nan)
+            return load(converters=lambda cell: math.nan if _is_missing(cell) else float(cell))
     except ValueError as problem:
         reason = re.sub(r" at row \d+.*| to float64.*", "", str(problem).split(";")[0]).rstrip(".")
         raise UserProblem(f"{path} is not a table of numbers: {reason}, line {at[0]}") from problem
