@@ -24,18 +24,24 @@ constexpr float IsKept = 1.0f, IsStray = 0.0f, IsTwin = -1.0f;
 
 bool CleaningExecution::RunDistributed(SurfelSplatting::Ranks& ranks, vtkPointSet* input)
 {
-  this->Begin(input);
   const StageProgress progress(this->Filter, 0.0, 1.0);
-  if (!ranks.All(this->SmoothDepths(input, progress.Part(0.0, 0.1))))
+  vtkSmartPointer<vtkPointSet> smooth = input;
+  vtkSmartPointer<vtkDataArray> toScanner;
+  bool running = false;
+  ranks.DoOwn([&] {
+    this->Begin(input);
+    running = this->SmoothDepths(input, progress.Part(0.0, 0.1));
+    if (!this->Shifts.empty())
+    {
+      smooth.TakeReference(input->NewInstance());
+      smooth->ShallowCopy(input);
+      smooth->SetPoints(Shifted(input, this->Shifts));
+    }
+    toScanner = this->Settings.RemoveStrayPoints ? this->ToScanners(input) : nullptr;
+  });
+  if (!ranks.All(running))
   {
     return false;
-  }
-  vtkSmartPointer<vtkPointSet> smooth = input;
-  if (!this->Shifts.empty())
-  {
-    smooth.TakeReference(input->NewInstance());
-    smooth->ShallowCopy(input);
-    smooth->SetPoints(Shifted(input, this->Shifts));
   }
   PartitionedCloud cloud(ranks, smooth);
   std::vector<PartitionedCloud::Array> arrays;
@@ -44,8 +50,6 @@ bool CleaningExecution::RunDistributed(SurfelSplatting::Ranks& ranks, vtkPointSe
   {
     arrays.push_back({ FetchedColorsArray, ColorComponents, colors });
   }
-  const vtkSmartPointer<vtkDataArray> toScanner =
-    this->Settings.RemoveStrayPoints ? this->ToScanners(input) : nullptr;
   if (ranks.Any(toScanner != nullptr))
   {
     arrays.push_back({ ToScannerArray, 3, toScanner });
@@ -66,23 +70,19 @@ bool CleaningExecution::RunDistributed(SurfelSplatting::Ranks& ranks, vtkPointSe
   this->Thick = own.Thick;
   this->Second = own.Second == VTK_ID_MAX ? own.Second : own.Second - cloud.FirstId();
   const bool areColored = ranks.Any(!own.Colors.empty());
-  this->Take(cloud.Return(own.Results(cloud, areColored)), areColored, colors != nullptr);
+  PartitionedCloud::Results results;
+  ranks.DoOwn([&] { results = own.Results(cloud, areColored); });
+  const PartitionedCloud::Returned returned = cloud.Return(results);
+  ranks.DoOwn([&] { this->Take(returned, areColored, colors != nullptr); });
   return true;
 }
 
 bool CleaningExecution::CleanRegion(SurfelSplatting::Ranks& ranks, const PartitionedCloud& cloud,
   vtkPolyData* region, const StageProgress& progress)
 {
-  this->Begin(region);
-  this->Gather(region);
-  this->Searched.Cloud.SampleIds = cloud.GlobalIds();
   CleaningSharing sharing;
   sharing.Total = cloud.NumberOfPoints();
   std::copy_n(cloud.Origin(), 3, sharing.Origin);
-  for (const int id : this->Searched.Cloud.InputIds)
-  {
-    sharing.IsOwn.push_back(cloud.IsInRegion(id) ? 1 : 0);
-  }
   sharing.Gather = [&ranks](bool running, std::vector<float>& values) {
     const auto pack = [&values] {
       SurfelSplatting::Message message;
@@ -90,15 +90,29 @@ bool CleaningExecution::CleanRegion(SurfelSplatting::Ranks& ranks, const Partiti
       values.clear();
       return message;
     };
-    for (const SurfelSplatting::Message& other : ranks.Share(pack))
-    {
-      const size_t at = values.size(), more = other.size() / sizeof(float);
-      values.resize(at + more);
-      SurfelSplatting::MessageReader(other).Get(values.data() + at, more);
-    }
+    const std::vector<SurfelSplatting::Message> others = ranks.Share(pack);
+    ranks.DoOwn([&] {
+      for (const SurfelSplatting::Message& other : others)
+      {
+        const size_t at = values.size(), more = other.size() / sizeof(float);
+        values.resize(at + more);
+        SurfelSplatting::MessageReader(other).Get(values.data() + at, more);
+      }
+    });
     return ranks.All(running);
   };
-  return ranks.All(this->Clean(region, &sharing, progress));
+  bool finished = false;
+  ranks.DoTogether([&] {
+    this->Begin(region);
+    this->Gather(region);
+    this->Searched.Cloud.SampleIds = cloud.GlobalIds();
+    for (const int id : this->Searched.Cloud.InputIds)
+    {
+      sharing.IsOwn.push_back(cloud.IsInRegion(id) ? 1 : 0);
+    }
+    finished = this->Clean(region, &sharing, progress);
+  });
+  return ranks.All(finished);
 }
 
 PartitionedCloud::Results CleaningExecution::Results(

@@ -19,6 +19,7 @@
 #include "vtkPolyData.h"
 
 #include <algorithm>
+#include <new>
 #include <string>
 #include <vector>
 
@@ -102,35 +103,66 @@ int vtkPointCloudCleaning::Execute(
 {
   this->Take(CleaningCounts());
   const vtkSmartPointer<vtkPointSet> fitting = WithFittingArrays(input, this);
-  input = fitting;
-  const bool isAlone = !this->Controller || this->Controller->GetNumberOfProcesses() <= 1;
+  try
+  {
+    return this->Clean(fitting, output, strayPoints);
+  }
+  catch (const std::bad_alloc&)
+  {
+    this->Take(CleaningCounts());
+    output->Initialize();
+    if (strayPoints)
+    {
+      strayPoints->Initialize();
+    }
+    vtkErrorMacro(<< LackOfMemory(input->GetNumberOfPoints()));
+    return 0;
+  }
+}
+
+//------------------------------------------------------------------------------
+int vtkPointCloudCleaning::Clean(vtkPointSet* input, vtkPolyData* output, vtkPolyData* strayPoints)
+{
   const double* v = this->Viewpoint;
   CleaningExecution execution(
     { this->RemoveStrayPoints != 0, this->Smoothing != 0, this->Columns, this->UseViewpoint != 0,
       { v[0], v[1], v[2] }, this->GenerateShifts != 0, this->Searched != nullptr },
     this);
-  bool finished = false;
-  if (isAlone)
-  {
-    if (!this->CheckInput(input))
-    {
-      return 0;
-    }
-    finished = execution.Run(input);
-  }
-  else
+  const auto write = [&] { this->Write(execution, input, output, strayPoints); };
+  if (this->Controller && this->Controller->GetNumberOfProcesses() > 1)
   {
     SurfelSplatting::ControllerRanks ranks(this->Controller);
     if (!this->CheckInputs(ranks, input))
     {
       return 0;
     }
-    finished = execution.RunDistributed(ranks, input);
+    if (!execution.RunDistributed(ranks, input))
+    {
+      return 1; // stopped by the user: empty output
+    }
+    ranks.DoOwn(write);
   }
-  if (!finished)
+  else
   {
-    return 1; // stopped by the user: empty output
+    if (!this->CheckInput(input))
+    {
+      return 0;
+    }
+    if (!execution.Run(input))
+    {
+      return 1; // as above
+    }
+    write();
   }
+  this->WarnOfTroubles();
+  this->UpdateProgress(1.0);
+  return 1;
+}
+
+//------------------------------------------------------------------------------
+void vtkPointCloudCleaning::Write(
+  CleaningExecution& execution, vtkPointSet* input, vtkPolyData* output, vtkPolyData* strayPoints)
+{
   this->Take(execution.Count(input));
   WritePoints(input, execution.Kept, output);
   if (execution.AreMoved())
@@ -145,9 +177,6 @@ int vtkPointCloudCleaning::Execute(
   {
     execution.HandOver(*this->Searched);
   }
-  this->WarnOfTroubles();
-  this->UpdateProgress(1.0);
-  return 1;
 }
 
 //------------------------------------------------------------------------------

@@ -50,6 +50,7 @@ class vtkPointSet;
 
 namespace SurfelGeometry
 {
+class CleaningExecution;
 struct CleaningCounts;
 struct SearchedCloud;
 }
@@ -181,6 +182,7 @@ private:
 
   // The work of RequestData; 0 after an error.
   int Execute(vtkPointSet* input, vtkPolyData* output, vtkPolyData* strayPoints = nullptr);
+  int Clean(vtkPointSet* input, vtkPolyData* output, vtkPolyData* strayPoints);
   bool CheckInput(vtkPointSet* input);
   void WarnOfTroubles();
 #ifndef __VTK_WRAP__
@@ -188,6 +190,8 @@ private:
   friend class vtkPointsToSurfels;
   bool CheckInputs(SurfelSplatting::Ranks& ranks, vtkPointSet* input);
   void Take(const SurfelGeometry::CleaningCounts& counts);
+  void Write(SurfelGeometry::CleaningExecution& execution, vtkPointSet* input, vtkPolyData* output,
+    vtkPolyData* strayPoints);
 #endif
 
   vtkSmartPointer<vtkMultiProcessController> Controller;

@@ -380,11 +380,27 @@ int vtkSurfelNormalization::RequestData(vtkInformation* vtkNotUsed(request),
 int vtkSurfelNormalization::Execute(vtkPolyData* input, vtkPolyData* output)
 {
   this->ResetReport();
-  if (this->Controller && this->Controller->GetNumberOfProcesses() > 1)
+  try
   {
-    SurfelSplatting::ControllerRanks ranks(this->Controller);
-    return this->RequestDistributed(ranks, input, output);
+    if (this->Controller && this->Controller->GetNumberOfProcesses() > 1)
+    {
+      SurfelSplatting::ControllerRanks ranks(this->Controller);
+      return this->RequestDistributed(ranks, input, output);
+    }
+    return this->ExecuteAlone(input, output);
   }
+  catch (const std::bad_alloc&)
+  {
+    this->ResetReport();
+    output->Initialize();
+    vtkErrorMacro(<< LackOfMemory(input->GetNumberOfPoints()));
+    return 0;
+  }
+}
+
+//------------------------------------------------------------------------------
+int vtkSurfelNormalization::ExecuteAlone(vtkPolyData* input, vtkPolyData* output)
+{
   if (!this->CheckInput(input))
   {
     return 0;
@@ -428,7 +444,9 @@ int vtkSurfelNormalization::RequestDistributed(
     Execution execution(this);
     this->ResetReport();
     auto weighted = vtkSmartPointer<vtkPolyData>::New();
-    return execution.Run(region, weighted, &ranks, &cloud) ? weighted : nullptr;
+    bool finished = false;
+    ranks.DoTogether([&] { finished = execution.Run(region, weighted, &ranks, &cloud); });
+    return finished ? weighted : nullptr;
   };
   const vtkSmartPointer<vtkPolyData> surfels = WorkOnRegion(ranks, cloud, arrays, 0.0, weight);
   if (!surfels)
@@ -436,7 +454,7 @@ int vtkSurfelNormalization::RequestDistributed(
     return 1; // stopped by a user: empty output on all processes
   }
   output->ShallowCopy(input);
-  WritePartitionedAreas(cloud, surfels, output);
+  WritePartitionedAreas(ranks, cloud, surfels, output);
   this->WarnOfTroubles();
   this->UpdateProgress(1.0);
   return 1;

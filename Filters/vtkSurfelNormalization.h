@@ -188,6 +188,7 @@ private:
   bool CheckInput(vtkPolyData* input);
   void WarnOfTroubles();
   int Execute(vtkPolyData* input, vtkPolyData* output);
+  int ExecuteAlone(vtkPolyData* input, vtkPolyData* output);
 #ifndef __VTK_WRAP__
   friend class vtkPointsToSurfels;
   int RequestDistributed(SurfelSplatting::Ranks& ranks, vtkPolyData* input, vtkPolyData* output);

@@ -76,6 +76,30 @@ void Ranks::DoOwn(const std::function<void()>& work)
   throw DamagedMemory("the file of another process is damaged; see what that says");
 }
 
+void Ranks::DoTogether(const std::function<void()>& work)
+{
+  bool hasMemory = true;
+  try
+  {
+    work();
+  }
+  catch (const RanksLackMemory&)
+  {
+    throw; // all ranks do
+  }
+  catch (const std::bad_alloc&)
+  {
+    hasMemory = false;
+  }
+  // The others meet this call at their next one of the kind, or here.
+  this->DoOwn([&] {
+    if (!hasMemory)
+    {
+      throw std::bad_alloc();
+    }
+  });
+}
+
 double Ranks::RootValue(double value)
 {
   return MessageReader(this->FromRoot([&] { return MessageOf(value); })).Get<double>();

@@ -65,6 +65,11 @@ public:
   /// Does what each rank does by itself. If memory lacks on one, or its file is damaged, all throw.
   /// @throw RanksLackMemory, DamagedMemory
   void DoOwn(const std::function<void()>& work);
+
+  /// Does work in which the ranks call Share and DoOwn together, and All or Any directly behind
+  /// these, and each works by itself in between. If memory lacks on one, wherever, all throw.
+  /// @throw RanksLackMemory, DamagedMemory
+  void DoTogether(const std::function<void()>& work);
 };
 
 /// Adds plain values to a message.

@@ -101,6 +101,90 @@ PartitionedCloud::Results PackSurfels(const PartitionedCloud& cloud, vtkPolyData
   }
   return results;
 }
+
+/// The surfels of this rank's points. @return their number
+vtkIdType UnpackSurfels(const PartitionedCloud::Returned& returned, int components,
+  const double origin[3], bool hasColors, vtkPolyData* output)
+{
+  const auto count =
+    static_cast<vtkIdType>(std::count(returned.Has.begin(), returned.Has.end(), char{ 1 }));
+  const SurfelOutput own(count);
+  CloudColors colors;
+  const bool areColored = components > SurfelComponents && hasColors;
+  vtkIdType to = 0;
+  for (size_t i = 0; i < returned.Has.size(); ++i)
+  {
+    if (returned.Has[i])
+    {
+      const float* values = returned.Values.data() + components * i;
+      own.Positions->SetTypedTuple(to, values);
+      own.Covariances->SetTypedTuple(to, values + 3);
+      own.AreaVectors->SetTypedTuple(to, values + 9);
+      own.TwoSided->SetValue(to, values[12] != 0.0f ? 1 : 0);
+      for (int c = 0; areColored && c < ColorComponents; ++c)
+      {
+        colors.push_back(static_cast<unsigned char>(values[SurfelComponents + c]));
+      }
+      ++to;
+    }
+  }
+  own.Write(origin, output);
+  if (areColored)
+  {
+    std::vector<int> order(count);
+    std::iota(order.begin(), order.end(), 0);
+    WriteColors(colors, order, output);
+  }
+  return count;
+}
+
+/// Area vectors and overlaps of this rank's region.
+PartitionedCloud::Results PackAreas(const PartitionedCloud& cloud, vtkPolyData* surfels)
+{
+  PartitionedCloud::Results results;
+  results.Components = 4;
+  for (vtkIdType i = 0; i < surfels->GetNumberOfPoints(); ++i)
+  {
+    const vtkIdType point = RegionPointId(surfels, i);
+    if (cloud.IsInRegion(point))
+    {
+      results.Points.push_back(point);
+      double a[3];
+      surfels->GetPointData()->GetArray(Arrays::AreaVector)->GetTuple(i, a);
+      results.Values.insert(results.Values.end(), a, a + 3);
+      surfels->GetPointData()->GetArray(Arrays::Overlap)->GetTuple(i, a);
+      results.Values.push_back(static_cast<float>(a[0]));
+    }
+  }
+  return results;
+}
+
+/// Those of this rank's surfels.
+void UnpackAreas(const PartitionedCloud::Returned& returned, vtkPolyData* output)
+{
+  vtkDataArray* own = output->GetPointData()->GetArray(Arrays::AreaVector);
+  if (!own)
+  {
+    return; // this rank has no surfels
+  }
+  vtkNew<vtkFloatArray> areas;
+  areas->DeepCopy(own);
+  areas->SetName(Arrays::AreaVector);
+  const auto overlaps =
+    MakeArray<vtkUnsignedCharArray>(Arrays::Overlap, 1, areas->GetNumberOfTuples());
+  overlaps->FillValue(0);
+  for (size_t i = 0; i < returned.Has.size(); ++i)
+  {
+    if (returned.Has[i])
+    {
+      const float* values = returned.Values.data() + 4 * i;
+      areas->SetTypedTuple(static_cast<vtkIdType>(i), values);
+      overlaps->SetValue(static_cast<vtkIdType>(i), static_cast<unsigned char>(values[3]));
+    }
+  }
+  output->GetPointData()->AddArray(areas);
+  output->GetPointData()->AddArray(overlaps);
+}
 }
 
 bool MayReachBeyond(double area, double distance)
@@ -133,78 +217,20 @@ vtkIdType WritePartitionedSurfels(SurfelSplatting::Ranks& ranks, PartitionedClou
   PartitionedCloud::Results results;
   ranks.DoOwn([&] { results = PackSurfels(cloud, surfels); });
   const PartitionedCloud::Returned returned = cloud.Return(results);
-  PassPointData(input, returned.Has, output);
-  const auto count =
-    static_cast<vtkIdType>(std::count(returned.Has.begin(), returned.Has.end(), char{ 1 }));
-  const SurfelOutput own(count);
-  CloudColors colors;
-  const bool areColored = results.Components > SurfelComponents && FindColors(input);
-  vtkIdType to = 0;
-  for (size_t i = 0; i < returned.Has.size(); ++i)
-  {
-    if (returned.Has[i])
-    {
-      const float* values = returned.Values.data() + results.Components * i;
-      own.Positions->SetTypedTuple(to, values);
-      own.Covariances->SetTypedTuple(to, values + 3);
-      own.AreaVectors->SetTypedTuple(to, values + 9);
-      own.TwoSided->SetValue(to, values[12] != 0.0f ? 1 : 0);
-      for (int c = 0; areColored && c < ColorComponents; ++c)
-      {
-        colors.push_back(static_cast<unsigned char>(values[SurfelComponents + c]));
-      }
-      ++to;
-    }
-  }
-  own.Write(cloud.Origin(), output);
-  if (areColored)
-  {
-    std::vector<int> order(count);
-    std::iota(order.begin(), order.end(), 0);
-    WriteColors(colors, order, output);
-  }
+  vtkIdType count = 0;
+  ranks.DoOwn([&] {
+    PassPointData(input, returned.Has, output);
+    count = UnpackSurfels(returned, results.Components, cloud.Origin(), FindColors(input), output);
+  });
   return count;
 }
 
-void WritePartitionedAreas(PartitionedCloud& cloud, vtkPolyData* surfels, vtkPolyData* output)
+void WritePartitionedAreas(
+  SurfelSplatting::Ranks& ranks, PartitionedCloud& cloud, vtkPolyData* surfels, vtkPolyData* output)
 {
   PartitionedCloud::Results results;
-  results.Components = 4;
-  for (vtkIdType i = 0; i < surfels->GetNumberOfPoints(); ++i)
-  {
-    const vtkIdType point = RegionPointId(surfels, i);
-    if (cloud.IsInRegion(point))
-    {
-      results.Points.push_back(point);
-      double a[3];
-      surfels->GetPointData()->GetArray(Arrays::AreaVector)->GetTuple(i, a);
-      results.Values.insert(results.Values.end(), a, a + 3);
-      surfels->GetPointData()->GetArray(Arrays::Overlap)->GetTuple(i, a);
-      results.Values.push_back(static_cast<float>(a[0]));
-    }
-  }
+  ranks.DoOwn([&] { results = PackAreas(cloud, surfels); });
   const PartitionedCloud::Returned returned = cloud.Return(results);
-  vtkDataArray* own = output->GetPointData()->GetArray(Arrays::AreaVector);
-  if (!own)
-  {
-    return; // this rank has no surfels
-  }
-  vtkNew<vtkFloatArray> areas;
-  areas->DeepCopy(own);
-  areas->SetName(Arrays::AreaVector);
-  const auto overlaps =
-    MakeArray<vtkUnsignedCharArray>(Arrays::Overlap, 1, areas->GetNumberOfTuples());
-  overlaps->FillValue(0);
-  for (size_t i = 0; i < returned.Has.size(); ++i)
-  {
-    if (returned.Has[i])
-    {
-      const float* values = returned.Values.data() + 4 * i;
-      areas->SetTypedTuple(static_cast<vtkIdType>(i), values);
-      overlaps->SetValue(static_cast<vtkIdType>(i), static_cast<unsigned char>(values[3]));
-    }
-  }
-  output->GetPointData()->AddArray(areas);
-  output->GetPointData()->AddArray(overlaps);
+  ranks.DoOwn([&] { UnpackAreas(returned, output); });
 }
 }

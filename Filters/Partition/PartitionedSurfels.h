@@ -41,5 +41,6 @@ vtkIdType WritePartitionedSurfels(SurfelSplatting::Ranks& ranks, PartitionedClou
 
 /// Collective. The same for the area vectors only, for an output that is a copy of the input;
 /// points without a result keep theirs.
-void WritePartitionedAreas(PartitionedCloud& cloud, vtkPolyData* surfels, vtkPolyData* output);
+void WritePartitionedAreas(SurfelSplatting::Ranks& ranks, PartitionedCloud& cloud,
+  vtkPolyData* surfels, vtkPolyData* output);
 }

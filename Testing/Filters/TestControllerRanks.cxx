@@ -11,7 +11,9 @@
 #include "SurfelTesting.h"
 #include "ThreadController.h"
 
+#include "vtkPointCloudCleaning.h"
 #include "vtkSurfelEstimation.h"
+#include "vtkSurfelNormalization.h"
 
 #include <doctest/doctest.h>
 
@@ -189,52 +191,114 @@ TEST_CASE("No memory to orient a cloud")
   });
 }
 
-/// The estimation itself, whatever a rank does not get, and in whatever step: all ranks report an
-/// error and have no surfels, or all have theirs.
+/// How many of three ranks report an error of a filter if the second one gets not more than so much
+/// at once. Those have no output, and the others have theirs.
+template <typename Filter, typename Change>
+int CountErrors(std::size_t largest, vtkPolyData* const inputs[3], const Change& change)
+{
+  std::atomic<int> errors{ 0 }, without{ 0 };
+  SurfelTesting::ThreadController::Run(3, [&](vtkMultiProcessController* controller) {
+    const int rank = controller->GetLocalProcessId();
+    vtkNew<Filter> filter;
+    const SurfelTesting::Messages messages(filter);
+    filter->SetController(controller);
+    change(filter.Get());
+    vtkNew<vtkPolyData> input;
+    input->ShallowCopy(inputs[rank]);
+    filter->SetInputData(input);
+    Largest = rank == 1 ? largest : Unlimited;
+    filter->Update();
+    Largest = Unlimited;
+    errors += messages.Errors.empty() ? 0 : 1;
+    without += filter->GetOutput()->GetNumberOfPoints() == 0 ? 1 : 0;
+  });
+  CHECK(errors == without);
+  return errors;
+}
+
+/// Whatever the rank does not get, in whatever step, all report an error or none.
+template <typename Filter, typename Change>
+void CheckAllReport(vtkPolyData* const inputs[3], const Change& change)
+{
+  CHECK(CountErrors<Filter>(4096, inputs, change) == 3);
+  for (std::size_t largest = 5000; largest < 1'000'000; largest += largest / 4)
+  {
+    const int errors = CountErrors<Filter>(largest, inputs, change);
+    CHECK((errors == 3 || errors == 0));
+  }
+  CHECK(CountErrors<Filter>(Unlimited, inputs, change) == 0);
+}
+
+/// Parts of a noisy sphere with colours, one for each rank, or surfels of these.
+struct Parts
+{
+  explicit Parts(bool areSurfels)
+  {
+    for (int rank = 0; rank < 3; ++rank)
+    {
+      SurfelTesting::Random random(1 + rank);
+      std::vector<SurfelTesting::Vec> points =
+        SurfelTesting::MakeSphere(1.0, 2000, SurfelTesting::Random(7 + rank)).Points;
+      for (auto& p : points)
+      {
+        p[0] += 0.02 * random();
+      }
+      vtkSmartPointer<vtkPolyData> data = SurfelTesting::ToPolyData(points);
+      if (areSurfels)
+      {
+        vtkNew<vtkSurfelEstimation> estimation;
+        estimation->SetController(nullptr);
+        estimation->SetInputData(data);
+        estimation->Update();
+        data = estimation->GetOutput();
+      }
+      this->Data.push_back(data);
+      this->Inputs[rank] = data;
+    }
+  }
+
+  std::vector<vtkSmartPointer<vtkPolyData>> Data;
+  vtkPolyData* Inputs[3];
+};
+
 TEST_CASE("No memory to estimate surfels")
 {
-  const auto estimate = [](std::size_t largest, int mode) {
-    std::atomic<int> errors{ 0 }, without{ 0 };
-    SurfelTesting::ThreadController::Run(3, [&](vtkMultiProcessController* controller) {
-      const int rank = controller->GetLocalProcessId();
-      vtkNew<vtkSurfelEstimation> estimation;
-      const SurfelTesting::Messages messages(estimation);
-      estimation->SetController(controller);
-      estimation->SetOrientationMode(mode);
-      estimation->SetInputData(SurfelTesting::ToPolyData(
-        SurfelTesting::MakeSphere(1.0, 2000, SurfelTesting::Random(1 + rank)).Points));
-      Largest = rank == 1 ? largest : Unlimited;
-      estimation->Update();
-      Largest = Unlimited;
-      errors += messages.Errors.empty() ? 0 : 1;
-      without += estimation->GetOutput()->GetNumberOfPoints() == 0 ? 1 : 0;
-    });
-    CHECK(errors == without);
-    return errors.load();
-  };
+  const Parts parts(false);
   for (const int mode : { vtkSurfelEstimation::CONSISTENT, vtkSurfelEstimation::TWO_SIDED })
   {
-    CHECK(estimate(4096, mode) == 3);
-    for (std::size_t largest = 5000; largest < 1'000'000; largest += largest / 4)
-    {
-      const int errors = estimate(largest, mode);
-      CHECK((errors == 3 || errors == 0));
-    }
-    CHECK(estimate(Unlimited, mode) == 0);
+    CheckAllReport<vtkSurfelEstimation>(
+      parts.Inputs, [mode](vtkSurfelEstimation* f) { f->SetOrientationMode(mode); });
   }
 }
 
-TEST_CASE("No memory to estimate surfels alone")
+TEST_CASE("No memory to clean points")
 {
-  vtkNew<vtkSurfelEstimation> estimation;
-  const SurfelTesting::Messages messages(estimation);
-  estimation->SetInputData(SurfelTesting::ToPolyData(
-    SurfelTesting::MakeSphere(1.0, 2000, SurfelTesting::Random(1)).Points));
+  CheckAllReport<vtkPointCloudCleaning>(Parts(false).Inputs, [](vtkPointCloudCleaning*) {});
+}
+
+TEST_CASE("No memory to weight surfels")
+{
+  CheckAllReport<vtkSurfelNormalization>(Parts(true).Inputs, [](vtkSurfelNormalization*) {});
+}
+
+template <typename Filter>
+void CheckReportsAlone(vtkPolyData* input)
+{
+  vtkNew<Filter> filter;
+  const SurfelTesting::Messages messages(filter);
+  filter->SetInputData(input);
   Largest = 4096;
-  estimation->Update();
+  filter->Update();
   Largest = Unlimited;
   REQUIRE(messages.Errors.size() == 1);
   CHECK(messages.Errors[0].find("too little memory for 2000 points") != std::string::npos);
-  CHECK(estimation->GetOutput()->GetNumberOfPoints() == 0);
+  CHECK(filter->GetOutput()->GetNumberOfPoints() == 0);
+}
+
+TEST_CASE("No memory alone")
+{
+  CheckReportsAlone<vtkSurfelEstimation>(Parts(false).Inputs[0]);
+  CheckReportsAlone<vtkPointCloudCleaning>(Parts(false).Inputs[0]);
+  CheckReportsAlone<vtkSurfelNormalization>(Parts(true).Inputs[0]);
 }
 }
