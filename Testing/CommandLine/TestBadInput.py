@@ -139,7 +139,10 @@ class TestBadInput(ToolCase):
 
     def test_misspelled_options(self):
         for words, hint in ((("render", "x.ply", "-o", "x.png", "--veiw", "left"), "--view"),
-                            (("film", "x.ply", "-o", "x", "--frams=3"), "--frames")):
+                            (("film", "x.ply", "-o", "x", "--frams=3"), "--frames"),
+                            (("film", "x.ply", "-o", "x", "--fps", "25"), "--rate"),
+                            (("film", "x.ply", "-o", "x", "--seconds", "8"), "--frames"),
+                            (("render", "x.ply", "--cmap", "magma"), "--colormap")):
             self.refuse(*words, says=f"did you mean {hint}? (surfelsplat {words[0]} --help")
 
     def test_text_that_is_no_table(self):

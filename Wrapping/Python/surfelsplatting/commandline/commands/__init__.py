@@ -20,7 +20,12 @@ COMMANDS = (view, web, render, film, info)
 OTHER_WORDS = {**dict.fromkeys(("dof", "bokeh", "depth-of-field"), "blur"), "coc": "circle-of-confusion",
                **dict.fromkeys(("aperture", "fstop", "f-stop"), "f-number"), "focus": "focus-pixel",
                **dict.fromkeys(("width", "height", "resolution"), "size"), "fov": "view-angle",
-               "color-by": "scalars", "bg": "background"}
+               **dict.fromkeys(("color-by", "color", "colour"), "scalars"), "bg": "background",
+               **dict.fromkeys(("cmap", "colourmap"), "colormap"), "clim": "range",
+               **dict.fromkeys(("subsample", "stride", "skip"), "every"),
+               **dict.fromkeys(("fps", "framerate", "frame-rate"), "rate"),
+               **dict.fromkeys(("duration", "seconds", "length"), "frames"),
+               **dict.fromkeys(("orbit", "turntable"), "turn")}
 
 
 def _refuse(unknown, command):
