@@ -195,7 +195,8 @@ void vtkPointCloudCleaning::Take(const CleaningCounts& counts)
 //------------------------------------------------------------------------------
 bool vtkPointCloudCleaning::CheckInputs(SurfelSplatting::Ranks& ranks, vtkPointSet* input)
 {
-  const bool isReady = this->CheckInput(input);
+  bool isReady = false;
+  ranks.DoOwn([&] { isReady = this->CheckInput(input); });
   const bool areReady = ranks.All(isReady);
   if (isReady && !areReady)
   {

@@ -119,7 +119,8 @@ int vtkSurfelEstimation::ExecuteAlone(vtkPointSet* input, vtkPolyData* output)
 int vtkSurfelEstimation::RequestDistributed(
   SurfelSplatting::Ranks& ranks, vtkPointSet* input, vtkPolyData* output)
 {
-  const bool isReady = this->CheckSettings(input);
+  bool isReady = false;
+  ranks.DoOwn([&] { isReady = this->CheckSettings(input); });
   if (!ranks.All(isReady))
   {
     if (isReady)
@@ -177,11 +178,15 @@ int vtkSurfelEstimation::RequestDistributed(
 bool vtkSurfelEstimation::CheckDistributedMemory(
   SurfelSplatting::Ranks& ranks, vtkIdType points, bool orients)
 {
-  std::string problem = CheckMemory(points / ranks.Size(), BytesPerPoint, AvailableMemory());
-  if (problem.empty() && orients)
-  {
-    problem = CheckMemory(points, OrientationBytesPerPoint, AvailableMemory());
-  }
+  std::string problem;
+  ranks.DoOwn([&] {
+    const double available = AvailableMemory();
+    problem = CheckMemory(points / ranks.Size(), BytesPerPoint, available);
+    if (problem.empty() && orients)
+    {
+      problem = CheckMemory(points, OrientationBytesPerPoint, available);
+    }
+  });
   if (ranks.All(problem.empty()))
   {
     return true;

@@ -421,7 +421,8 @@ int vtkSurfelNormalization::RequestDistributed(
 {
   // A process without points does not need the arrays.
   const bool isEmpty = input && input->GetNumberOfPoints() == 0;
-  const bool isReady = isEmpty || this->CheckInput(input);
+  bool isReady = false;
+  ranks.DoOwn([&] { isReady = isEmpty || this->CheckInput(input); });
   if (!ranks.All(isReady))
   {
     if (isReady)

@@ -79,8 +79,10 @@ Message PackRegions(const std::vector<Message>& samples, std::size_t step)
 PartitionedCloud::PartitionedCloud(SurfelSplatting::Ranks& ranks, vtkPointSet* input)
   : Group(ranks)
 {
-  this->ShareOrigin(input);
-  this->Cut();
+  ranks.DoTogether([&] {
+    this->ShareOrigin(input);
+    this->Cut();
+  });
 }
 
 /// Finds the origin that one process would choose, and places this rank's points relative to it.

@@ -290,7 +290,7 @@ void CheckReportsAlone(vtkPolyData* input)
   Largest = 4096;
   filter->Update();
   Largest = Unlimited;
-  REQUIRE(messages.Errors.size() == 1);
+  REQUIRE(!messages.Errors.empty());
   CHECK(messages.Errors[0].find("too little memory for 2000 points") != std::string::npos);
   CHECK(filter->GetOutput()->GetNumberOfPoints() == 0);
 }
