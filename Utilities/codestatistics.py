@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Sizes of files and functions, in lines, by folder.
+"""Sizes of files and functions, in lines, by folder, and names that two files of a library have.
 
     python3 Utilities/codestatistics.py            prints a table
-    python3 Utilities/codestatistics.py --limits   lists what is too long, then exit status 1
+    python3 Utilities/codestatistics.py --limits   lists what is too long or has a name twice, then exit status 1
 
-A function's lines go from its name to its closing brace. A lambda counts as a function, and its
+The wheel compiles several files of a library as one: what is in their anonymous namespaces must not
+have the same names. A function's lines go from its name to its closing brace. A lambda counts as a function, and its
 lines also belong to the function around it. Needs universal-ctags; exit status 77: it is missing.
 """
 
@@ -14,7 +15,7 @@ import json
 import shutil
 import subprocess
 import sys
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import NamedTuple
 
 FOLDERS = ("Core/", "Filters/", "Rendering/", "Parallel/", "SurfelData/", "Plugins/")
@@ -59,14 +60,34 @@ def has_universal_ctags():
         ["ctags", "--version"], capture_output=True, text=True, check=False).stdout
 
 
-def find_functions(root, files):
+def find_tags(root, files, kinds):
     result = subprocess.run(
-        ["ctags", "--quiet", "--options=NONE", "--language-force=C++", "--kinds-C++=fp",
+        ["ctags", "--quiet", "--options=NONE", "--language-force=C++", f"--kinds-C++={kinds}",
          "--fields=+neS", "--output-format=json", "-L", "-", "-f", "-"],
         input="\n".join(files), cwd=root, check=True, stdout=subprocess.PIPE, text=True)
+    return [json.loads(line) for line in result.stdout.splitlines()]
+
+
+def library_of(root, path):
+    """The nearest folder around a file that has a CMakeLists.txt"""
+    return next((folder for folder in PurePosixPath(path).parents
+                 if (root / folder / "CMakeLists.txt").exists()), PurePosixPath(path).parents[-2])
+
+
+def find_same_names(root, files):
+    """-> problems: names in the anonymous namespaces of two files of a library"""
+    found = {}
+    for tag in find_tags(root, [path for path in files if path.endswith(".cxx")], "cfgsv"):
+        if tag.get("scopeKind") == "namespace" and "__anon" in tag["scope"]:
+            key = library_of(root, tag["path"]), tag["name"], tag.get("signature", "")
+            found.setdefault(key, {})[tag["path"]] = tag["line"]
+    return [f"{name} is in the anonymous namespaces of {' and '.join(places)}"
+            for (_, name, _), places in found.items() if len(places) > 1]
+
+
+def find_functions(root, files):
     functions = []
-    for line in result.stdout.splitlines():
-        tag = json.loads(line)
+    for tag in find_tags(root, files, "fp"):
         begin = tag["line"]
         lines = tag["end"] - begin + 1 if tag["kind"] == "function" else 0
         name = "a lambda" if tag["name"].startswith("__anon") else tag["name"]
@@ -129,8 +150,8 @@ def main():
     if not arguments.limits:
         print_table(files, functions)
         return
-    problems = past_limits(files, functions)
-    print("\n".join(problems) or f"{len(files)} files, {len(functions)} functions: none too long")
+    problems = past_limits(files, functions) + find_same_names(arguments.root, files)
+    print("\n".join(problems) or f"{len(files)} files, {len(functions)} functions: none too long, no name twice")
     sys.exit(1 if problems else 0)
 
 

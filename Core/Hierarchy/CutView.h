@@ -7,7 +7,7 @@
 
 #include "Core/Base/Geometry.h"
 #include "Core/Hierarchy/ClusterBounds.h"
-#include "Core/Hierarchy/HierarchyCut.h"
+#include "Core/Hierarchy/CutSettings.h"
 
 #include <array>
 #include <cmath>

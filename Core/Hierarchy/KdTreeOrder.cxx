@@ -323,14 +323,14 @@ void SplitAll(Leaf* leaves, std::size_t count, bool twoSided, Buffer<std::uint64
   }
 }
 
-struct Range
+struct LeafRange
 {
   std::size_t Begin, Count;
   bool TwoSided;
 };
 
 /// Halves the ranges until there are enough for all threads.
-void SplitInParallel(Leaf* leaves, std::vector<Range> ranges, const Executor& executor)
+void SplitInParallel(Leaf* leaves, std::vector<LeafRange> ranges, const Executor& executor)
 {
   constexpr std::size_t enough = 64;
   bool halved = true;
@@ -338,7 +338,7 @@ void SplitInParallel(Leaf* leaves, std::vector<Range> ranges, const Executor& ex
   {
     std::vector<std::size_t> left(ranges.size(), 0);
     const auto halve = [&](std::size_t i, const Executor& threads, Buffer<std::uint64_t>& keys) {
-      const Range& r = ranges[i];
+      const LeafRange& r = ranges[i];
       left[i] =
         r.Count > Grain ? Split(leaves + r.Begin, r.Count, r.TwoSided, threads, keys) : r.Count;
     };
@@ -362,11 +362,11 @@ void SplitInParallel(Leaf* leaves, std::vector<Range> ranges, const Executor& ex
         }
       }
     });
-    std::vector<Range> next;
+    std::vector<LeafRange> next;
     halved = false;
     for (std::size_t i = 0; i < ranges.size(); ++i)
     {
-      const Range& r = ranges[i];
+      const LeafRange& r = ranges[i];
       next.push_back({ r.Begin, left[i], r.TwoSided });
       if (left[i] < r.Count)
       {

@@ -17,7 +17,7 @@ namespace
 {
 using SurfelSplatting::Executor;
 
-constexpr std::size_t Grain = 16384;
+constexpr std::size_t AttributeGrain = 16384;
 
 /// Copies the tuples of an array that is one block of memory.
 void CopyTuples(
@@ -27,7 +27,7 @@ void CopyTuples(
     static_cast<std::size_t>(source->GetNumberOfComponents()) * source->GetDataTypeSize();
   const auto* from = static_cast<const unsigned char*>(source->GetVoidPointer(0));
   auto* to = static_cast<unsigned char*>(array->GetVoidPointer(0));
-  executor.For(order.size(), Grain, [&](std::size_t begin, std::size_t end) {
+  executor.For(order.size(), AttributeGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
     {
       std::memcpy(to + size * i, from + size * order[i], size);

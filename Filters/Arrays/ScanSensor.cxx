@@ -22,7 +22,7 @@ constexpr double Infinity = std::numeric_limits<double>::infinity();
 constexpr double NoBounds[6] = { Infinity, -Infinity, Infinity, -Infinity, Infinity, -Infinity };
 
 /// What one process has of a cloud; world units.
-struct Piece
+struct SensorPiece
 {
   double Count = 0.0; // of its points
   double Bounds[6];   // of its points
@@ -44,9 +44,9 @@ bool ReadField(vtkPointSet* points, const char* name, double (&values)[Count])
   return true;
 }
 
-Piece ReadPiece(vtkPointSet* points)
+SensorPiece ReadPiece(vtkPointSet* points)
 {
-  Piece piece;
+  SensorPiece piece;
   std::copy_n(NoBounds, 6, piece.Bounds);
   if (!points)
   {
@@ -76,17 +76,17 @@ Piece ReadPiece(vtkPointSet* points)
   return piece;
 }
 
-std::vector<Piece> ReadPieces(vtkPointSet* points, SurfelSplatting::Ranks* ranks)
+std::vector<SensorPiece> ReadPieces(vtkPointSet* points, SurfelSplatting::Ranks* ranks)
 {
-  std::vector<Piece> pieces = { ReadPiece(points) };
+  std::vector<SensorPiece> pieces = { ReadPiece(points) };
   if (ranks)
   {
-    const Piece own = pieces[0];
+    const SensorPiece own = pieces[0];
     pieces.clear();
     for (const SurfelSplatting::Message& other :
       ranks->Share([&] { return SurfelSplatting::MessageOf(own); }))
     {
-      pieces.push_back(SurfelSplatting::MessageReader(other).Get<Piece>());
+      pieces.push_back(SurfelSplatting::MessageReader(other).Get<SensorPiece>());
     }
   }
   return pieces;
@@ -95,19 +95,19 @@ std::vector<Piece> ReadPieces(vtkPointSet* points, SurfelSplatting::Ranks* ranks
 
 ScanSensor FindSensor(vtkPointSet* points, SurfelSplatting::Ranks* ranks)
 {
-  const std::vector<Piece> pieces = ReadPieces(points, ranks);
-  const auto scan =
-    std::find_if(pieces.begin(), pieces.end(), [](const Piece& piece) { return piece.HasScan; });
+  const std::vector<SensorPiece> pieces = ReadPieces(points, ranks);
+  const auto scan = std::find_if(
+    pieces.begin(), pieces.end(), [](const SensorPiece& piece) { return piece.HasScan; });
   ScanSensor sensor;
-  sensor.HasScanners =
-    std::any_of(pieces.begin(), pieces.end(), [](const Piece& piece) { return piece.HasScanners; });
+  sensor.HasScanners = std::any_of(
+    pieces.begin(), pieces.end(), [](const SensorPiece& piece) { return piece.HasScanners; });
   if (scan == pieces.end())
   {
     return sensor;
   }
   double bounds[6], count = 0.0;
   std::copy_n(NoBounds, 6, bounds);
-  for (const Piece& piece : pieces)
+  for (const SensorPiece& piece : pieces)
   {
     count += piece.Count;
     for (int c = 0; c < 6; c += 2)

@@ -27,7 +27,7 @@ constexpr float MostStretch = 1.8f;
 
 /// Neighbours that are nearer to a line than this, determinant over squared trace of their
 /// covariance, have no gradient.
-constexpr float LeastSpread = 0.01f;
+constexpr float LeastSteeredSpread = 0.01f;
 
 /// The sum over red, green and blue of the products of the gradient's components, (8 bits per
 /// spacing)^2.
@@ -44,7 +44,7 @@ StructureTensor FitGradient(const ColorMoments& m)
   const float xy = m.XY - inverse * m.X * m.Y;
   const float yy = m.YY - inverse * m.Y * m.Y;
   const float determinant = xx * yy - xy * xy;
-  if (!(determinant > LeastSpread * (xx + yy) * (xx + yy)))
+  if (!(determinant > LeastSteeredSpread * (xx + yy) * (xx + yy)))
   {
     return tensor;
   }

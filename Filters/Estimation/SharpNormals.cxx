@@ -37,12 +37,12 @@ constexpr double LeastRoundness = 0.06;
 
 /// Cosine between the planes before and after they are fitted to their points, and between the mean
 /// normal and that of one side, at least: edges up to 150 degrees have no others.
-constexpr double SteadyCosine = 0.9, LeastCosine = 0.25;
+constexpr double SteadyCosine = 0.9, LeastSharpCosine = 0.25;
 
 /// In a second round the planes of the first reach what is nearer to the edge. Of the normals half
 /// a spacing from an edge of 110 degrees, 17 % are wrong after one and 7 % after two; a third round
 /// gains nothing.
-constexpr int Rounds = 2;
+constexpr int SharpRounds = 2;
 
 /// Edges are long. A normal stays sharp if of its nearest neighbours at most so many lie in no
 /// plane.
@@ -97,7 +97,7 @@ public:
     const bool isPlane = this->FitToPoints(i, plane) && this->FitToPoints(i, plane) &&
       Dot(plane.Normal, found) >= SteadyCosine;
     const double cosine = Dot(plane.Normal, fit.Normal);
-    if (!isPlane || std::abs(cosine) < LeastCosine ||
+    if (!isPlane || std::abs(cosine) < LeastSharpCosine ||
       !(plane.Variance < PlaneShare * VarianceOf(fit)) ||
       !(plane.Variance < SmoothShare * this->VarianceAboutQuadric(i)))
     {
@@ -266,7 +266,7 @@ bool SharpenNormals(const OrientedCloud& oriented, const StageProgress& progress
   const EdgeFits round(fits);
   const auto count = static_cast<vtkIdType>(round.Ids.size());
   EdgeFits edges = round;
-  for (int k = 0; k < Rounds; ++k)
+  for (int k = 0; k < SharpRounds; ++k)
   {
     const auto sharpen = [&](vtkIdType begin, vtkIdType end) {
       SideFinder finder(oriented, fits);
@@ -275,7 +275,8 @@ bool SharpenNormals(const OrientedCloud& oriented, const StageProgress& progress
         edges.Fits[e] = finder.Sharpened(edges.Ids[e]);
       }
     };
-    if (!ParallelFor(count, progress.Part(k / (Rounds + 1.0), (k + 1) / (Rounds + 1.0)), sharpen))
+    if (!ParallelFor(
+          count, progress.Part(k / (SharpRounds + 1.0), (k + 1) / (SharpRounds + 1.0)), sharpen))
     {
       return false;
     }
@@ -290,7 +291,7 @@ bool SharpenNormals(const OrientedCloud& oriented, const StageProgress& progress
       edges.Fits[e].Flatness = round.Fits[e].Flatness;
     }
   };
-  if (!ParallelFor(count, progress.Part(Rounds / (Rounds + 1.0), 1.0), check))
+  if (!ParallelFor(count, progress.Part(SharpRounds / (SharpRounds + 1.0), 1.0), check))
   {
     return false;
   }

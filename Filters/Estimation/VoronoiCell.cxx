@@ -54,7 +54,7 @@ constexpr int BorderSteps = 12;
 
 /// Both sides of a fold have points within so many spacings of it. With 2, a paw grows onto the
 /// floor beside it, and where both are blurred there is a seam.
-constexpr float FoldReach = 1.75f;
+constexpr float CellFoldReach = 1.75f;
 
 /// Bisectors of the nearest neighbours; for SIMD loops.
 struct NearBisectors
@@ -345,7 +345,7 @@ private:
   /// Loads the nearest neighbours of point i into its plane.
   void LoadNear(int i, const int* ids, int count)
   {
-    this->Near.Load(this->Oriented, this->Fits, i, ids, count, FoldReach);
+    this->Near.Load(this->Oriented, this->Fits, i, ids, count, CellFoldReach);
     this->Plane = SteeredPlane(this->Near.U, this->Near.V, this->SteeringOf(i));
     for (int k = 0; k < count && !this->Steering.empty(); ++k)
     {
@@ -401,7 +401,8 @@ private:
     FlatSheet& sheet = this->Sheet;
     const Vector3 d = this->Between(i, j);
     FoldedNeighbor at = this->SeenFrom(i, j, d);
-    if (sheet.Count == SheetCapacity || !(this->AreOfSheet(i, j, d) || at.HasFoldWithin(FoldReach)))
+    if (sheet.Count == SheetCapacity ||
+      !(this->AreOfSheet(i, j, d) || at.HasFoldWithin(CellFoldReach)))
     {
       return false;
     }

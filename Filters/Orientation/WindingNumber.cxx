@@ -12,7 +12,7 @@ namespace SurfelGeometry
 {
 namespace
 {
-constexpr int GroupSize = 64;
+constexpr int WindingGroupSize = 64;
 
 /// A group counts as one dipole beyond this many of its radii. The error is some percent of the
 /// group's own term, of either sign.
@@ -31,14 +31,14 @@ WindingNumbers::WindingNumbers(const OrientedFits& oriented, const int* members,
   , Members(members)
   , Count(count)
 {
-  this->Groups.resize(static_cast<size_t>((count + GroupSize - 1) / GroupSize));
+  this->Groups.resize(static_cast<size_t>((count + WindingGroupSize - 1) / WindingGroupSize));
   const auto groups = static_cast<vtkIdType>(this->Groups.size());
   constexpr vtkIdType grain = 64;
   vtkSMPTools::For(0, groups, grain, [&](vtkIdType g, vtkIdType end) {
     for (; g < end; ++g)
     {
-      const int first = static_cast<int>(g) * GroupSize;
-      this->Groups[g] = this->MakeGroup(first, std::min(count, first + GroupSize));
+      const int first = static_cast<int>(g) * WindingGroupSize;
+      this->Groups[g] = this->MakeGroup(first, std::min(count, first + WindingGroupSize));
     }
   });
 }
@@ -93,8 +93,9 @@ double WindingNumbers::At(int at) const
   double sum = 0.0;
   for (size_t g = 0; g < this->Groups.size(); ++g)
   {
-    const int begin = static_cast<int>(g) * GroupSize;
-    sum += this->Sum(this->Groups[g], begin, std::min(this->Count, begin + GroupSize), q, soft);
+    const int begin = static_cast<int>(g) * WindingGroupSize;
+    sum +=
+      this->Sum(this->Groups[g], begin, std::min(this->Count, begin + WindingGroupSize), q, soft);
   }
   return sum / (4.0 * Pi);
 }

@@ -18,13 +18,13 @@ constexpr double TwoPi = 6.283185307179586;
 /// The least number of jumps, and their least mean cosine of the phase. (From scanners it is 0.96
 /// and more, from beside them less, and from elsewhere 0.2.)
 constexpr std::size_t LeastPhased = 10;
-constexpr double LeastCosine = 0.4;
+constexpr double LeastPhaseCosine = 0.4;
 
 /// Jumps are off across their lines by less than this. (Weighted as in ScanSteps.cxx.)
 constexpr double MostOffLine = 1.0;
 
 /// A step of the search, as a part of a phase, and the most steps on either side.
-constexpr double SearchStep = 0.1, MostSteps = 500.0;
+constexpr double SearchStep = 0.1, MostPhaseSteps = 500.0;
 
 /// A jump, as seen from about its scanner.
 struct PhasedJump
@@ -90,7 +90,7 @@ bool FindPhase(
   const auto count = static_cast<double>(jumps.size());
   const double length = SearchStep * count / slopes;
   const Vector3d step = length * FindAxis(jumps, place, axis);
-  const int steps = static_cast<int>(std::min(reach / length, MostSteps));
+  const int steps = static_cast<int>(std::min(reach / length, MostPhaseSteps));
   double most = -count;
   int best = 0;
   for (int i = -steps; i <= steps; ++i)
@@ -107,6 +107,6 @@ bool FindPhase(
     }
   }
   place += best * step;
-  return most > LeastCosine * count;
+  return most > LeastPhaseCosine * count;
 }
 }

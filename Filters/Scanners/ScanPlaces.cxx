@@ -47,13 +47,13 @@ struct Enough
 };
 constexpr Enough OfAlike{ 16, 0.3 }, OfFewAlike{ 10, 0.8 }, OfMultiples{ 20, 0.5 };
 constexpr int LeastJumps = OfFewAlike.Jumps;
-constexpr double LeastSpread = 0.005;
+constexpr double LeastPlaceSpread = 0.005;
 
 /// It is not farther from the points than so many times their size.
 constexpr double FarthestPlace = 2.0;
 
 /// Places are one if they are nearer than this part of the size of most points.
-constexpr double SamePlace = 0.01;
+constexpr double SameScannerPlace = 0.01;
 
 constexpr int MostScanners = 256;
 
@@ -261,7 +261,7 @@ public:
       : this->Tight < OfAlike.Jumps               ? OfFewAlike
                                                   : OfAlike;
     return this->Tight >= enough.Jumps && this->Tight > enough.Part * this->Loose &&
-      this->Lines.Spread() > LeastSpread && this->Nearest < FarthestPlace * size;
+      this->Lines.Spread() > LeastPlaceSpread && this->Nearest < FarthestPlace * size;
   }
   int Tight = 0;
 
@@ -345,7 +345,8 @@ std::vector<Candidate> BestOf(
   for (const Candidate& candidate : candidates)
   {
     const bool isNew = std::none_of(tried.begin(), tried.end(), [&](const Vector3d& other) {
-      return (candidate.Place - other).norm() < SamePlace * size; // they are refined to the same
+      return (candidate.Place - other).norm() <
+        SameScannerPlace * size; // they are refined to the same
     });
     if (candidate.Agreeing > 0 && isNew && best.size() < PlacesToRefine)
     {
@@ -412,7 +413,7 @@ std::vector<ScanPlace> FindPlaces(const std::vector<ScanWindow>& windows, double
   {
     // What is left of a scan may tell its place once more, less exactly.
     const bool isNew = std::none_of(places.begin(), places.end(), [&](const ScanPlace& other) {
-      return (place.Place - other.Place).norm() < SamePlace * size;
+      return (place.Place - other.Place).norm() < SameScannerPlace * size;
     });
     if (isNew)
     {

@@ -16,11 +16,12 @@ def function(name, parameters, lines):
 
 
 class CodeStatistics(unittest.TestCase):
-    def measure(self, lines, *options):
-        """Runs the statistics on a project whose only file has these lines."""
+    def measure(self, lines, *options, **others):
+        """Runs the statistics on a project whose files have these lines: Only.cxx, and others."""
         with tempfile.TemporaryDirectory() as folder:
             (Path(folder) / "Core").mkdir()
-            (Path(folder) / "Core" / "Only.cxx").write_text("\n".join([*lines, ""]))
+            for name, content in {"Only": lines, **others}.items():
+                (Path(folder) / "Core" / f"{name}.cxx").write_text("\n".join([*content, ""]))
             result = subprocess.run([sys.executable, SCRIPT, "--root", folder, *options],
                                     capture_output=True, text=True, check=False)
         if result.returncode == 77:
@@ -52,6 +53,17 @@ class CodeStatistics(unittest.TestCase):
             "Core/Only.cxx: 602 lines, at most 600",
             "Core/Only.cxx:1: Wide has 7 parameters, at most 6",
             "Core/Only.cxx:2: Long has 61 lines, at most 60"])
+
+
+    def test_names_of_files_that_are_compiled_as_one(self):
+        here = ["namespace", "{", "constexpr int Least = 1;", "int Twice(int x)", "{", "  return x;", "}", "}"]
+        other = ["namespace", "{", "float Twice(float x)", "{", "  return x;", "}", "}",
+                 "struct Least {};"]
+        status, output = self.measure(here, "--limits", Other=other)
+        self.assertEqual(status, 0, output)
+        status, output = self.measure(here, "--limits", Other=here[:3] + ["}"])
+        self.assertEqual(status, 1)
+        self.assertEqual(output, "Least is in the anonymous namespaces of Core/Only.cxx and Core/Other.cxx\n")
 
 
 if __name__ == "__main__":
