@@ -10,6 +10,7 @@
 #include "Filters/Estimation/IsolatedPoints.h"
 #include "Filters/Estimation/PointPlanes.h"
 #include "Filters/Estimation/SharpNormals.h"
+#include "Filters/Estimation/ThinPoints.h"
 #include "Filters/Partition/SharedOrientation.h"
 
 #include "vtkDataArray.h"
@@ -118,7 +119,10 @@ bool EstimationExecution::Shape(vtkPointSet* input, const StageProgress& progres
     this->Result.TwoSided, FindScanners(input) };
   if (!RefineExtents(oriented, this->Settings.Fit, progress.Part(0.0, 0.4), this->Fits) ||
     !(this->Given.empty() || TurnToPoints(oriented, progress.Part(0.4, 0.42), this->Fits)) ||
-    !SharpenNormals(oriented, progress.Part(0.42, 0.46), this->Fits) ||
+    !SharpenNormals(oriented, progress.Part(0.42, 0.45), this->Fits) ||
+    // What one sensor sees is thick along its rays, by noise.
+    !(this->IsSeenFromViewpoint() ||
+      RoundThinPoints(oriented, progress.Part(0.45, 0.46), this->Fits)) ||
     !this->MakeKernels(input, oriented, progress.Part(0.46, 1.0)))
   {
     return false;

@@ -42,11 +42,6 @@ constexpr double OffLine = 0.22;
 /// arbitrary.
 constexpr double CollinearRatio = 1e-6;
 
-/// Minimum variance of the neighbours in p^2, where p is the distance of the second neighbour. A
-/// line of points of pitch p then gets the area p^2 per point: n points have the variance p^2 n^2 /
-/// 12 along the line, and area = 4 pi sqrt(product of both) / n gives 12 / (16 pi^2) across.
-constexpr double LineVariance = 12.0 / (16.0 * 9.8696044);
-
 /// A neighbourhood is mixed if this many of the GraphDegree nearest are on another sheet.
 constexpr int MixedNeighbors = 3;
 
@@ -307,9 +302,9 @@ private:
       fit.VarianceU = fit.VarianceV = fit.Spacing * fit.Spacing;
       return;
     }
-    const double pitch2 = neighbors.SquaredDistances[1];
-    const double larger = std::max(0.5 * (uu + vv) + half, LineVariance * pitch2);
-    const double smaller = std::max(0.5 * (uu + vv) - half, LineVariance * pitch2);
+    const double least = LineVariance * neighbors.SquaredDistances[1];
+    const double larger = std::max(0.5 * (uu + vv) + half, least);
+    const double smaller = std::max(0.5 * (uu + vv) - half, least);
     const double scale = 4.0 * Pi / count;
     fit.VarianceU = static_cast<float>(scale * larger);
     fit.VarianceV = static_cast<float>(scale * smaller);

@@ -54,7 +54,7 @@ struct PlaneFit
   bool Given = false;   // the normal was given, not fitted
   bool OnPlate = false; // of two sheets; the normal points outward (Orientation/ThinPlates.h)
   bool Sharp = false;   // of one of the planes that meet at a fold (SharpNormals.h)
-  bool OnRod = false;   // a line of points, with nothing beside it (ScanLines.h)
+  bool OnRod = false;   // of a line with nothing beside it (ScanLines.h), or thin (ThinPoints.h)
 
   /// Whether the point has a tangent plane. Others are drawn round, and from both sides.
   bool HasPlane() const { return !this->Isolated && !this->Degenerate && !this->OnRod; }

@@ -52,6 +52,11 @@ private:
   pcl::PointCloud<pcl::PointXYZ> Points;
 };
 
+/// Minimum variance of the neighbours in p^2, where p is the distance of the second neighbour. A
+/// line of points of pitch p then gets the area p^2 per point: n points have the variance p^2 n^2 /
+/// 12 along the line, and area = 4 pi sqrt(product of both) / n gives 12 / (16 pi^2) across.
+constexpr double LineVariance = 12.0 / (16.0 * 9.8696044);
+
 /// Principal variances, ascending, and the direction of the first, of length 1.
 struct Principal
 {
