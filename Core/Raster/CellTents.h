@@ -15,8 +15,9 @@ namespace SurfelSplatting
 {
 namespace
 {
-/// Lanes whose layers SplitLayer (TwoSurfaces.h) may split: a hundredth to a tenth of all. Its own
-/// conditions in floats, a twentieth wider than their errors; NaN may be split.
+/// Lanes whose layers SplitLayer (TwoSurfaces.h) may split, by the conditions of FitTwoNormals in
+/// floats. They are wider by a twentieth, ten times the error of the fourth moment. NaN may be
+/// split.
 SURFELSPLATTING_INLINE unsigned int MayBeTwo(const DepthMoments<Lanes>& layer)
 {
   // In units of half a z-range, so that powers neither overflow nor underflow.
