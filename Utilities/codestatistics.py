@@ -3,11 +3,13 @@
 """Sizes of files and functions, in lines, by folder, and names that two files of a library have.
 
     python3 Utilities/codestatistics.py            prints a table
-    python3 Utilities/codestatistics.py --limits   lists what is too long or has a name twice, then exit status 1
+    python3 Utilities/codestatistics.py --limits   lists what is too long, and names that two files
+                                                   have; then exit status 1
 
 The wheel compiles several files of a library as one: what is in their anonymous namespaces must not
-have the same names. A function's lines go from its name to its closing brace. A lambda counts as a function, and its
-lines also belong to the function around it. Needs universal-ctags; exit status 77: it is missing.
+have the same names. A function's lines go from its name to its closing brace. A lambda counts as a
+function, and its lines also belong to the function around it. Needs universal-ctags; exit status
+77: it is missing.
 """
 
 import argparse

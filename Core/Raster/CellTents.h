@@ -16,8 +16,7 @@ namespace SurfelSplatting
 namespace
 {
 /// Lanes whose layers SplitLayer (TwoSurfaces.h) may split, by the conditions of FitTwoNormals in
-/// floats. They are wider by a twentieth, ten times the error of the fourth moment. NaN may be
-/// split.
+/// floats. They are wider by a twentieth, for the rounding of the fourth moment. NaN may be split.
 SURFELSPLATTING_INLINE unsigned int MayBeTwo(const DepthMoments<Lanes>& layer)
 {
   // In units of half a z-range, so that powers neither overflow nor underflow.

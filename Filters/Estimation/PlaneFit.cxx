@@ -308,7 +308,7 @@ private:
     const double scale = 4.0 * Pi / count;
     fit.VarianceU = static_cast<float>(scale * larger);
     fit.VarianceV = static_cast<float>(scale * smaller);
-    fit.Spacing = static_cast<float>(std::sqrt(scale * std::sqrt(larger * smaller)));
+    fit.Spacing = static_cast<float>(std::sqrt(AreaPerPoint(larger, smaller, count)));
   }
 
   const LocalCloud& Cloud;

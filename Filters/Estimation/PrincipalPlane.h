@@ -14,6 +14,7 @@
 #include <pcl/point_types.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace SurfelGeometry
 {
@@ -54,8 +55,14 @@ private:
 
 /// Minimum variance of the neighbours in p^2, where p is the distance of the second neighbour. A
 /// line of points of pitch p then gets the area p^2 per point: n points have the variance p^2 n^2 /
-/// 12 along the line, and area = 4 pi sqrt(product of both) / n gives 12 / (16 pi^2) across.
+/// 12 along the line, and AreaPerPoint gives 12 / (16 pi^2) across.
 constexpr double LineVariance = 12.0 / (16.0 * 9.8696044);
+
+/// Area per point of an even disc or ellipse of so many points with these variances.
+inline double AreaPerPoint(double larger, double smaller, int count)
+{
+  return 4.0 * Pi / count * std::sqrt(larger * smaller);
+}
 
 /// Principal variances, ascending, and the direction of the first, of length 1.
 struct Principal

@@ -76,8 +76,8 @@ public:
     const Vector3 second = Load(cloud.Position(ids[1])) - Load(cloud.Position(i));
     const Principal principal(patch.Covariance());
     const double least = LineVariance * Dot(second, second);
-    const double area = 4.0 * Pi / ThinNeighbors *
-      std::sqrt(std::max(principal.Variances[1], least) * std::max(principal.Variances[2], least));
+    const double area = AreaPerPoint(std::max(principal.Variances[2], least),
+      std::max(principal.Variances[1], least), ThinNeighbors);
     around.clear();
     std::transform(ids, ids + CountIds(ids, KeptNeighbors), std::back_inserter(around),
       [this](int j) { return this->Fits[j].Spacing; });
