@@ -185,7 +185,11 @@ class TestFilm(FilmCase):
         points, colors = points[points[:, 0] > 0], colors[points[:, 0] > 0]
         write_ply("half.ply", points, colors, normals=points)
         said = self.tool("film", "half.ply", *SMALL, "--frames", "4", "-o", "half")
-        self.assertIn("turns its back to the camera in a frame and is not drawn", said)
+        self.assertIn("turns its back to the camera in a frame, so that both sides are drawn", said)
+        self.make("half.ply", "--sides", "two", "--frames", "4", "-o", "two")
+        for name, picture in self.contents("half").items():
+            if name.endswith(".png"):
+                self.assertEqual(picture, self.contents("two")[name])
 
     def test_a_view_of_the_user_is_the_first_frame(self):
         camera = ["--position", "0", "-6", "1", "--focal-point", "0", "0", "0",

@@ -156,10 +156,12 @@ class TestInfo(ToolCase):
         tried = [suggestion["options"] for suggestion in self.report("half.ply")["suggestions"]]
         self.assertIn("--sides two", tried)
         behind = ("--position", "0", "0", "-4", "--focal-point", "0", "0", "0")
-        for options, warns in ((behind, True), ((*behind, "--sides", "two"), False),
-                               (("--view", "top"), False)):
+        for options, ends in ((behind, "so that both sides are drawn; --sides two does so from the start"),
+                              ((*behind, "--sides", "given"), "and is not drawn; --sides two shows it"),
+                              ((*behind, "--sides", "two"), None), (("--view", "top"), None)):
             said = self.tool("render", "half.ply", *SMALL, *options, "-o", "out.png")
-            self.assertEqual("turns its back to the camera" in said, warns, options)
+            self.assertEqual("turns its back to the camera" in said, ends is not None, options)
+            self.assertIn(ends or "", said)
         self.render("half.ply", *SMALL, "-o", "out.png", "--hierarchy", "half.surfels")
         self.assertNotIn("--sides", self.info("half.surfels"))
         said = self.tool("render", "half.surfels", *SMALL, *behind, "-o", "out.png")
@@ -175,14 +177,18 @@ class TestInfo(ToolCase):
         self.assertNotIn("--sides two", [each["options"] for each in report["suggestions"]])
 
     def test_inside_a_closed_surface(self):
-        """One sees the backs of all of it; from outside half of it is hidden."""
+        """One would see the backs of all of it, so both sides are drawn; from outside half of it is
+        hidden."""
         points, colors = sphere()
         write_ply("ball.ply", points, colors)
-        for position, warns in ((("0", "0", "0.5"), True), (("0", "0", "1.2"), False),
-                                (("3", "0", "4"), False)):
-            said = self.tool("render", "ball.ply", *SMALL, "--position", *position,
-                             "--focal-point", "0", "0", "-1", "-o", "out.png")
-            self.assertEqual("turns its back to the camera" in said, warns, position)
+        for position, shows_backs in ((("0", "0", "0.5"), True), (("0", "0", "1.2"), False),
+                                      (("3", "0", "4"), False)):
+            look = (*SMALL, "--position", *position, "--focal-point", "0", "0", "-1", "-o")
+            said = self.tool("render", "ball.ply", *look, "out.png")
+            self.assertEqual("turns its back to the camera" in said, shows_backs, position)
+            if shows_backs:
+                self.render("ball.ply", *look, "two.png", "--sides", "two")
+                np.testing.assert_array_equal(self.read_png("out.png"), self.read_png("two.png"))
 
     def test_broken_pipe(self):
         points, colors = sphere(500)

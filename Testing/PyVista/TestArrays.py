@@ -68,6 +68,11 @@ class TestRender(unittest.TestCase):
         self.assertGreater(edge.sum(), 50)
         self.assertTrue((abs(picture[edge].astype(int)[:, :2] - [255, 128]) <= 3).all())
 
+    def test_both_sides_from_inside(self):
+        inside = {"camera": [(0, 0, 0), (0, 0, 1), (0, 1, 0)], "background": None}
+        self.assertGreater(self.picture(**inside)[..., 3].min(), 240)  # points at random
+        self.assertTrue((self.picture(**inside, viewpoint=(0, 0, 9))[..., 3] == 0).any())
+
     def test_bytes_and_floats_are_the_same_colors(self):
         floats = self.picture(colors=(self.stripes / 255).astype(np.float32)).astype(int)
         of_bytes = self.picture(colors=self.stripes)

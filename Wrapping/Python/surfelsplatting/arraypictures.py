@@ -20,7 +20,9 @@ from .lighting import BACKDROP, LIGHT_GREY, needs_light, set_lights
 from .pictures import rgb_bytes, straight_bytes
 from .problems import UserProblem, check_names
 from .shapes.precision import warn_of_steps
+from .shapes.samples import Samples
 from .surfels import finite_triple, make_surfels, needs_hierarchy, number_in, update
+from .views.backs import share_facing_away
 from .views.cameras import View, check_view
 from .views.focus import focused_on_front
 from .views.framing import complete_view
@@ -174,11 +176,15 @@ def render(points: ArrayLike, *, colors: ArrayLike | None = None, normals: Array
     cloud = polydata_of_arrays(points, colors, normals)
     limits = add_scalars(cloud, scalars, colors, clim)
     has_lens = bool(lens.coc or lens.diameter)
-    surfels = make_surfels(cloud, **{"hierarchy": needs_hierarchy(cloud, has_lens), **estimation})
+    estimation = {"hierarchy": needs_hierarchy(cloud, has_lens), **estimation}
+    surfels = make_surfels(cloud, **estimation)
     warn_of_steps(cloud, surfels)
     try:
         check_view(asked)
         view = complete_view(asked, Cloud(cloud), surfels)
+        is_free = estimation.get("sides", "auto") == "auto" and estimation.get("viewpoint") is None
+        if is_free and share_facing_away(Samples(surfels), [view]):
+            surfels = make_surfels(cloud, **{**estimation, "sides": "two"})
         renderer = renderer_of(surfels, view, colors is not None, lighting, limits and (cmap, limits))
     except UserProblem as problem:
         raise ValueError(str(problem)) from None

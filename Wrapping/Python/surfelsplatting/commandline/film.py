@@ -22,7 +22,6 @@ from .frames import Frames
 from .movie import MOVIES, find_ffmpeg, write_movie
 from .noeffect import without_effect
 from .outputs import check_distinct, check_output
-from .render import warn_of_backs
 from .scene import backdrop_of, make_renderer
 from .session import RENDER, Session
 
@@ -178,19 +177,26 @@ def _make_renderer(drawn, view, arguments):
     return renderer
 
 
+def _make_scene(cloud, session):
+    """-> the surfels of a cloud, and what is drawn of them"""
+    surfels = session.surfels(cloud, with_hierarchy=True, all_arrays=False)
+    return surfels, session.drawable(surfels)
+
+
 def _make_pictures(asked, frames, arguments, session):
     with session.progress_shown():
         cloud = session.read()
-        surfels = session.surfels(cloud, with_hierarchy=True, all_arrays=False)
-        drawn = session.drawable(surfels)
+        surfels, drawn = _make_scene(cloud, session)
         session.hint_at_keeping(session.run.seconds_to_hierarchy(), RENDER)
         first = complete_view(asked[0], cloud, surfels, session.note)
         renderer = _make_renderer(drawn, first, arguments)
         views = _views(asked, cloud, surfels, renderer, arguments)
-        are_made = not cloud.is_drawable
+        if session.shows_backs(Samples(drawn), views, cloud):
+            surfels, drawn = _make_scene(cloud, session)
+            renderer = _make_renderer(drawn, first, arguments)
+            views = _views(asked, cloud, surfels, renderer, arguments)
         del cloud, surfels  # frees the memory of a large cloud
         session.say(f"first frame: {views[0]}")
-        warn_of_backs(Samples(drawn), views, are_made, session)
         _draw(renderer, views, frames, frames.missing(), session)
 
 

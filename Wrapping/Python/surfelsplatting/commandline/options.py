@@ -170,8 +170,8 @@ def _add_surfel_options(parser):
     points.add_argument("--sides", choices=("auto", "two", "given"), default="auto",
                         help="from which sides surfaces are visible. auto: from outside, as the "
                              "normals or the scanners in the file tell it, or else the shape; "
-                             "from both sides where nothing does; parts that are inside out are "
-                             "turned. two: from both sides. given: as the normals or faces in the "
+                             "from both sides where nothing does, and where the camera would "
+                             "see backs only; parts that are inside out are turned. two: from both sides. given: as the normals or faces in the "
                              "file tell it (default: auto)")
     points.add_argument("--neighbors", type=between(4, 256, count), metavar="K",
                         help="number of points that a normal is estimated from, 4 to 256; more "

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """surfelsplat render: cloud -> surfels -> picture."""
 
-import math
 
 from ..clouds.cloud import is_hierarchy
 from ..problems import UserProblem
@@ -12,7 +11,7 @@ from ..views.cameras import asked_view, camera_files
 from ..views.faint import why_faint
 from ..views.focus import (blur_at, depths_of, distance_in_focus, ends_of, focused_on_front,
                            settle_focus, sharp_depths)
-from ..views.framing import complete_view, extent_of, is_from_sensor, share_facing_away
+from ..views.framing import complete_view, extent_of, is_from_sensor
 from ..views.homes import home_of
 from ..views.trained import files_of
 from .arguments import PICTURES
@@ -23,8 +22,6 @@ from .scene import make_renderer
 from .session import Session
 
 NO_BLUR = 0.5  # px, radius of a blur that cannot be seen
-MOST_AWAY = 0.6  # share of a surface
-MOST_ASKED = 24  # views of a film
 
 
 def _check_outputs(arguments):
@@ -103,17 +100,6 @@ def _focus(renderer, asked, view, drawn, session):
     return view, depths
 
 
-def warn_of_backs(samples, views, are_made, session):
-    """An open scan looks torn from behind. views: of a picture or a film. are_made: of points now"""
-    share = share_facing_away(samples, views[::math.ceil(len(views) / MOST_ASKED)])
-    if share > MOST_AWAY:
-        where = " in a frame" if len(views) > 1 else ""
-        advice = ("--sides two shows it" if are_made else
-                  "surfels that are made with --sides two show it")
-        session.warn([f"{100 * share:.0f} % of the surface turns its back to the camera{where} and is "
-                      f"not drawn; {advice}"])
-
-
 def _say_what_is_seen(renderer, depths, view, session):
     """Prints what is in focus and how much the rest is blurred; warns of a lens that blurs nothing.
 
@@ -154,8 +140,9 @@ def render(arguments):
         surfels = session.surfels(cloud, not arguments.surfels, all_arrays)
         samples = Samples(surfels)
         view = _place(asked, cloud, surfels, samples, session)
+        if session.shows_backs(samples, [view], cloud):
+            surfels = session.surfels(cloud, not arguments.surfels, all_arrays)
         what = "Gaussians" if cloud.is_gaussians else "surfels"
-        are_made = not cloud.is_drawable
         del cloud  # frees the memory of a large cloud
         count = surfels.GetNumberOfPoints()
         if arguments.verbose:
@@ -166,7 +153,6 @@ def render(arguments):
         renderer = make_renderer(drawn, view, arguments)
         view, depths = _focus(renderer, asked, view, drawn, session)
         session.say(str(view))
-        warn_of_backs(samples, [view], are_made, session)
         _render_frame(renderer, session)
     _say_what_is_seen(renderer, depths, view, session)
     _write_outputs(renderer, surfels, drawn, arguments, session)

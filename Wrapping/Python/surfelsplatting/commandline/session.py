@@ -15,6 +15,7 @@ from ..formats.several import read_clouds
 from ..shapes.outward import turn_outward
 from ..shapes.precision import why_stepped
 from ..shapes.sensor import keep_sensor
+from ..views.backs import share_facing_away
 from ..vtkmessages import VtkMessages
 from .estimation import check_memory, make_hierarchy, make_surfels, without_unused_arrays
 from .interrupts import Interrupts
@@ -149,6 +150,23 @@ class Session:
         if not cloud.is_drawable:
             self.warn(filter(None, [why_stepped(cloud.data, surfels)]))
         return surfels
+
+    def shows_backs(self, samples, views, cloud):
+        """-> whether the surfels of a cloud are to be made again, since the views show the backs of most
+        of them: both sides are visible then, unless the user has said which ones are."""
+        share = share_facing_away(samples, views)
+        if not share:
+            return False
+        seen = (f"{100 * share:.0f} % of the surface turns its back to the camera"
+                + (" in a frame" if len(views) > 1 else ""))
+        if self.arguments.sides == "auto" and not cloud.is_drawable:
+            self.note(f"{seen}, so that both sides are drawn; --sides two does so from the start")
+            self.arguments.sides = "two"
+            return True
+        advice = ("surfels that are made with --sides two show it" if cloud.is_drawable else
+                  "--sides two shows it")
+        self.warn([f"{seen} and is not drawn; {advice}"])
+        return False
 
     def drawable(self, surfels, all_arrays=False):
         """-> the hierarchy of the surfels, or where there is no need of one the surfels; with the

@@ -10,7 +10,7 @@ from ..shapes.directions import lengths, rotated, unit
 from ..shapes.rooms import may_be_room
 from ..shapes.samples import Samples
 from ..shapes.sensor import sensor_of
-from ..shapes.up import Up, find_up, floor_normal, is_open
+from ..shapes.up import Up, find_up, floor_normal
 from .cameras import DEFAULT_ANGLE, Wishes, are_parallel, check_view, focal_length_of_angle
 from .homes import home_of
 from .inside import name_of, options_inside
@@ -28,24 +28,6 @@ RASTER = 128  # cells along a side, of a picture that tells what is seen
 MIDDLE = 0.25  # half-height of the picture's middle over the half-height of the picture
 FRONT = 20  # percent of what is in the middle that is nearer than what a photographer focuses on
 CELLS = 4  # into which the middle is divided along each side
-
-
-def share_facing_away(samples, views):
-    """The largest share of a surface that turns its back to the camera of a view, [0, 1]. Of a closed
-    one it is that of the angles: half from outside, where the other half hides it, all inside."""
-    some = samples.some
-    return max(_share_facing_away(some, view, not is_open(some)) for view in views)
-
-
-def _share_facing_away(samples, view, by_angle):
-    rays = samples.points - np.asarray(view.position)
-    distance = np.maximum(lengths(rays), 1e-300)
-    rays /= distance[:, None]
-    if by_angle:
-        rays /= np.maximum(distance, 0.1 * np.median(distance))[:, None] ** 2
-    facing = np.einsum("ij,ij->i", samples.areas, rays)
-    away = np.where(samples.two_sided, 0.0, np.maximum(facing, 0.0)).sum()
-    return float(away / max(np.abs(facing).sum(), 1e-300))
 
 
 def _raised(level, up, elevation):
