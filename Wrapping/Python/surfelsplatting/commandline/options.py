@@ -171,8 +171,9 @@ def _add_surfel_options(parser):
                         help="from which sides surfaces are visible. auto: from outside, as the "
                              "normals or the scanners in the file tell it, or else the shape; "
                              "from both sides where nothing does, and where the camera would "
-                             "see backs only; parts that are inside out are turned. two: from both sides. given: as the normals or faces in the "
-                             "file tell it (default: auto)")
+                             "see backs only; parts that are inside out are turned. two: from "
+                             "both sides. given: as the normals or faces in the file tell it "
+                             "(default: auto)")
     points.add_argument("--neighbors", type=between(4, 256, count), metavar="K",
                         help="number of points that a normal is estimated from, 4 to 256; more "
                              "for noisy scans (default: 16, or 30 for depth images)")
