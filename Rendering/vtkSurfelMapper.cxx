@@ -301,7 +301,8 @@ void vtkSurfelMapper::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "Splatted: " << this->Splatted << "\n";
   os << indent << "CompositeIdArrayName: "
      << (this->CompositeIdArrayName ? this->CompositeIdArrayName : "(none)") << "\n";
-  os << indent
+  os << indent << "ShowBacks: " << this->ShowBacks << "\n"
+     << indent
      << "PointIdArrayName: " << (this->PointIdArrayName ? this->PointIdArrayName : "(none)")
      << "\n";
 }

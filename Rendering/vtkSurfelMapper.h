@@ -63,6 +63,16 @@ public:
 
   ///@{
   /**
+   * Whether surfels that have an outside are drawn from their backs, too, such as the walls of a
+   * tunnel when the camera is inside. Surfels with two sides always are. Default false.
+   */
+  vtkSetMacro(ShowBacks, vtkTypeBool);
+  vtkGetMacro(ShowBacks, vtkTypeBool);
+  vtkBooleanMacro(ShowBacks, vtkTypeBool);
+  ///@}
+
+  ///@{
+  /**
    * Name of the point array with the ids that hardware selection returns instead of the ids of the
    * input's points, such as the ids of the points that the surfels were made from. Default none.
    */
@@ -146,6 +156,7 @@ private:
   vtkSmartPointer<vtkDataArray> LinearColorsSource;
   vtkTimeStamp LinearColorsTime;
   bool Splatted = false;
+  vtkTypeBool ShowBacks = false;
   bool HasWarnedOfDots = false, HasWarnedOfScalars = false;
   char* PointIdArrayName = nullptr;
   char* CompositeIdArrayName = nullptr;

@@ -363,6 +363,7 @@ void vtkSurfelSplatter::MakeClouds(
     input.Hierarchy = &cache;
     input.Matrix = items[i].Matrix;
     input.Property = items[i].Property;
+    input.ShowsBacks = mapper->GetShowBacks() != 0;
     input.PaperCut = this->LODMode == LOD_PAPER;
     input.LinearLight = this->LinearLight != 0;
     const std::string problem = Core::MakeCloud(input, scene.Sources[i]);

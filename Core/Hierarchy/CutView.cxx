@@ -59,7 +59,7 @@ CutView::CutView(const SurfelCloud& cloud, const CutCamera& camera, const CutSet
   this->Scale = std::sqrt(largest);
   // Only similarities preserve the angles of cones.
   const double spread = std::abs(largest - gram.Trace() / 3.0);
-  this->ConesHold = spread <= 1e-5 * largest;
+  this->ConesHold = spread <= 1e-5 * largest && !cloud.ShowsBacks;
 }
 
 double CutView::SmallestConfusion(const NodeBall& ball) const

@@ -467,6 +467,15 @@ SURFELSPLATTING_INLINE PlacedSurfels<Real> MoveToCamera(const SetupJob& job,
   return s;
 }
 
+/// Lets surfels have two sides. What was behind a sheet (SurfelCloud::OverlapOf) is before it when
+/// seen from its back.
+template <class Real>
+SURFELSPLATTING_INLINE void ShowBacks(StoredSurfels<Real>& stored, PlacedSurfels<Real>& s)
+{
+  s.Overlap = (s.Deposit < 0.0) & Not(stored.TwoSided) ? Real{} : s.Overlap;
+  stored.TwoSided = Real{} <= Real{};
+}
+
 template <class Real>
 SURFELSPLATTING_INLINE PlacedSurfels<Real> Place(
   const SetupJob& job, const BatchIndices<Real>& index)
@@ -481,6 +490,10 @@ SURFELSPLATTING_INLINE PlacedSurfels<Real> Place(
   PlacedSurfels<Real> s = MoveToCamera(job, index, stored, AreFinite(stored));
   s.Area = Multiply(job.AreaToCamera, stored.Area);
   s.Deposit = ProjectedArea(view, s.Area, s.P, s.InverseZ);
+  if (job.Cloud.ShowsBacks)
+  {
+    ShowBacks(stored, s);
+  }
   s.BackSide = (s.Deposit < 0.0) & stored.TwoSided;
   s.Deposit = s.BackSide ? -s.Deposit : s.Deposit;
   s.Visible = { Uniform<Real>(1.0), Real{}, Real{}, stored.TwoSided };

@@ -62,6 +62,9 @@ struct SurfelCloud
   double Opacity = 1.0;               ///< of the whole cloud, [0, 1]
   double Prefilter = 0.0; ///< > 0: replaces SplatSettings::Prefilter, px^2; without Clusters only
 
+  /// Whether surfels that have an outside are drawn from their backs, too; not Gaussians.
+  bool ShowsBacks = false;
+
   Affine3 LocalToWorld; ///< local origin and actor matrix
   Material Surface;
 

@@ -113,6 +113,7 @@ std::string MakeCloud(const CloudInput& input, SurfelCloudSource& source)
   origin = Affine3::Compose(origin, cloud.LocalToWorld); // of a hierarchy that was moved
   cloud.LocalToWorld = Affine3::Compose(ToAffine(input.Matrix), origin);
   cloud.Opacity = input.Property->GetOpacity();
+  cloud.ShowsBacks = input.ShowsBacks;
   cloud.Surface = MakeMaterial(input.Property, input.LinearLight);
   return std::string();
 }

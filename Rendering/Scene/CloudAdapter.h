@@ -30,6 +30,7 @@ struct CloudInput
   HierarchyCache* Hierarchy = nullptr; ///< kept from frame to frame
   vtkMatrix4x4* Matrix = nullptr;      ///< of the actor
   vtkProperty* Property = nullptr;
+  bool ShowsBacks = false;  ///< of the mapper
   bool PaperCut = false;    ///< whether the paper's rule chooses the level of detail
   bool LinearLight = false; ///< whether the property's colours are sRGB codes of light
 };

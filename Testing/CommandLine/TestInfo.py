@@ -156,8 +156,8 @@ class TestInfo(ToolCase):
         tried = [suggestion["options"] for suggestion in self.report("half.ply")["suggestions"]]
         self.assertIn("--sides two", tried)
         behind = ("--position", "0", "0", "-4", "--focal-point", "0", "0", "0")
-        for options, ends in ((behind, "so that both sides are drawn; --sides two does so from the start"),
-                              ((*behind, "--sides", "given"), "and is not drawn; --sides two shows it"),
+        for options, ends in ((behind, "so that both sides are drawn"),
+                              ((*behind, "--sides", "given"), "and is not drawn; --sides auto shows it"),
                               ((*behind, "--sides", "two"), None), (("--view", "top"), None)):
             said = self.tool("render", "half.ply", *SMALL, *options, "-o", "out.png")
             self.assertEqual("turns its back to the camera" in said, ends is not None, options)
@@ -165,7 +165,8 @@ class TestInfo(ToolCase):
         self.render("half.ply", *SMALL, "-o", "out.png", "--hierarchy", "half.surfels")
         self.assertNotIn("--sides", self.info("half.surfels"))
         said = self.tool("render", "half.surfels", *SMALL, *behind, "-o", "out.png")
-        self.assertIn("surfels that are made with --sides two show it", said)
+        self.assertIn("so that both sides are drawn", said)
+        self.assertGreater(self.covered("out.png"), 0.1)
 
     def test_open_things_on_a_ground_that_shows_both_sides(self):
         x, y = np.meshgrid(np.linspace(0, 8, 90), np.linspace(0, 8, 90))
@@ -179,16 +180,14 @@ class TestInfo(ToolCase):
     def test_inside_a_closed_surface(self):
         """One would see the backs of all of it, so both sides are drawn; from outside half of it is
         hidden."""
-        points, colors = sphere()
-        write_ply("ball.ply", points, colors)
+        write_ply("ball.ply", *sphere(20000))
         for position, shows_backs in ((("0", "0", "0.5"), True), (("0", "0", "1.2"), False),
                                       (("3", "0", "4"), False)):
             look = (*SMALL, "--position", *position, "--focal-point", "0", "0", "-1", "-o")
             said = self.tool("render", "ball.ply", *look, "out.png")
             self.assertEqual("turns its back to the camera" in said, shows_backs, position)
             if shows_backs:
-                self.render("ball.ply", *look, "two.png", "--sides", "two")
-                np.testing.assert_array_equal(self.read_png("out.png"), self.read_png("two.png"))
+                self.assertGreater(self.covered("out.png"), 0.99)
 
     def test_broken_pipe(self):
         points, colors = sphere(500)

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 import unittest
+from dataclasses import replace
 
 import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
@@ -258,6 +259,18 @@ class TestScreen(ViewCase):
         self.assertGreater(saved[above].std(), 20)
         self.assertLessEqual(abs(screen - saved)[above].max(), 2)
         self.assertGreater(abs(screen - saved)[HEIGHT - 40:].max(), 50)
+
+    def test_inside(self):
+        """One flies into the ball, and out of it."""
+        viewer, window = self.make()
+        outside = viewer.view
+        for view, shows_backs in ((replace(outside, position=(0.0, 0.0, 0.1)), 1), (outside, 0)):
+            viewer.view = view
+            window._draw()
+            self.assertEqual(viewer.actor.GetMapper().GetShowBacks(), shows_backs)
+            viewer.save()
+        self.assertGreater(self.covered("scan-1.png"), 0.99)
+        self.assertLess(self.covered("scan-2.png"), 0.7)
 
     def test_largest_blur(self):
         """Of what faces the camera in the picture: a ball of radius 1 from 6, whose horizon is 1/6 nearer

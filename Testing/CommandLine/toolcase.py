@@ -19,6 +19,7 @@ from vtkmodules.vtkIOImage import vtkPNGReader
 from vtkmodules.vtkIOXML import vtkXMLPolyDataReader, vtkXMLPolyDataWriter
 
 from surfelsplatting.clouds import faces
+from surfelsplatting.lighting import BACKDROP
 
 TOOL = os.environ["SURFELSPLAT"]
 PATIENCE = 60  # s, of tests that wait for another process
@@ -254,6 +255,10 @@ class ToolCase(unittest.TestCase):
         width, height, _ = picture.GetDimensions()
         values = vtk_to_numpy(picture.GetPointData().GetScalars())
         return values.reshape(height, width, -1)[::-1]
+
+    def covered(self, path):
+        """Part of a lit picture that differs from its background."""
+        return (np.abs(self.read_png(path) - 255 * np.array(BACKDROP)).max(axis=2) > 8).mean()
 
     def read_vtp(self, path):
         reader = vtkXMLPolyDataReader()

@@ -38,6 +38,15 @@ class SurfelSplats(PluginCase):
         self.assertGreater(seen[inside].min(), 40)  # lit from the camera; no holes
         self.assertEqual(seen[np.hypot(x, y) > radius + 4].max(), 0)
 
+    def test_backs(self):
+        display = self.show(self.points)
+        self.view.CameraPosition, self.view.CameraFocalPoint = (0, 0, 0), (0, 0, -1)
+        self.assertEqual(screenshot(self.view).max(), 0)
+        display.SurfelShowBacks = 1
+        self.assertGreater(screenshot(self.view).min(), 40)
+        display.SurfelShowBacks = 0
+        self.assertEqual(screenshot(self.view).max(), 0)
+
     def test_surfels_are_drawn_as_they_are(self):
         self.show(self.points)
         raw = screenshot(self.view)

@@ -166,6 +166,7 @@ struct vtkSurfelRepresentation::Internals
   vtkWeakPointer<vtkPVRenderView> View;
   bool IsPartitioned = false;                        // the input is a partitioned data set
   std::unique_ptr<SurfelViews::VolumeColors> Colors; // those of the volume that is shown
+  bool ShowBacks = false;
   bool Shade = false;
 };
 
@@ -395,6 +396,7 @@ void vtkSurfelRepresentation::UpdateClouds(
       cloud.SetSurfels(SurfelViews::MakeSurfels(block.Pieces, controller));
     }
     cloud.UpdateMapper(block, this->Mapper);
+    cloud.Mapper->SetShowBacks(this->Internal->ShowBacks);
     cloud.Actor->SetCompositeIndex(block.Pieces.size() > 1 ? 0 : block.CompositeIndex);
     cloud.Actor->SetUserMatrix(this->Actor->GetMatrix());
     cloud.Actor->SetVisibility(this->GetVisibility() && block.Visible ? 1 : 0);
@@ -449,6 +451,15 @@ void vtkSurfelRepresentation::SetColorByLevel(int byLevel)
   this->Internal->Pass->GetSplatter()->SetColorByLevel(byLevel);
 }
 
+void vtkSurfelRepresentation::SetShowBacks(bool show)
+{
+  this->Internal->ShowBacks = show;
+  for (const auto& cloud : this->Internal->Clouds)
+  {
+    cloud->Mapper->SetShowBacks(show);
+  }
+}
+
 void vtkSurfelRepresentation::SetShade(bool shade)
 {
   if (this->Internal->Shade != shade)
@@ -465,6 +476,7 @@ void vtkSurfelRepresentation::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);
   os << indent << "FocusMode: " << this->Internal->Focus.Mode << "\n";
+  os << indent << "ShowBacks: " << this->Internal->ShowBacks << "\n";
   os << indent << "Shade: " << this->Internal->Shade << "\n";
   os << indent << "Clouds: " << this->Internal->Clouds.size() << "\n";
   os << indent << "Pass:\n";

@@ -75,6 +75,11 @@ public:
   ///@}
 
   /**
+   * Whether surfels that have an outside are drawn from their backs, too. Default false.
+   */
+  void SetShowBacks(bool show);
+
+  /**
    * Whether volumes are lit as if their scalars had surfaces. Default false.
    */
   void SetShade(bool shade);

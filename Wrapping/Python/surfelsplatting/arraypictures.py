@@ -176,16 +176,14 @@ def render(points: ArrayLike, *, colors: ArrayLike | None = None, normals: Array
     cloud = polydata_of_arrays(points, colors, normals)
     limits = add_scalars(cloud, scalars, colors, clim)
     has_lens = bool(lens.coc or lens.diameter)
-    estimation = {"hierarchy": needs_hierarchy(cloud, has_lens), **estimation}
-    surfels = make_surfels(cloud, **estimation)
+    surfels = make_surfels(cloud, **{"hierarchy": needs_hierarchy(cloud, has_lens), **estimation})
     warn_of_steps(cloud, surfels)
     try:
         check_view(asked)
         view = complete_view(asked, Cloud(cloud), surfels)
-        is_free = estimation.get("sides", "auto") == "auto" and estimation.get("viewpoint") is None
-        if is_free and share_facing_away(Samples(surfels), [view]):
-            surfels = make_surfels(cloud, **{**estimation, "sides": "two"})
         renderer = renderer_of(surfels, view, colors is not None, lighting, limits and (cmap, limits))
+        if not _has_known_sides(estimation) and share_facing_away(Samples(surfels), [view]):
+            renderer.GetActors().GetLastActor().GetMapper().ShowBacksOn()
     except UserProblem as problem:
         raise ValueError(str(problem)) from None
     if lens.focus is None and has_lens:
@@ -201,6 +199,11 @@ def render(points: ArrayLike, *, colors: ArrayLike | None = None, normals: Array
     if background is None:
         return straight_bytes(picture)
     return np.ascontiguousarray(rgb_bytes(picture).reshape(*asked.size[::-1], 3)[::-1])
+
+
+def _has_known_sides(estimation):
+    """Whether the arguments of make_surfels say which sides are visible."""
+    return estimation.get("sides", "auto") != "auto" or estimation.get("viewpoint") is not None
 
 
 def _as_lens(lens):

@@ -177,26 +177,18 @@ def _make_renderer(drawn, view, arguments):
     return renderer
 
 
-def _make_scene(cloud, session):
-    """-> the surfels of a cloud, and what is drawn of them"""
-    surfels = session.surfels(cloud, with_hierarchy=True, all_arrays=False)
-    return surfels, session.drawable(surfels)
-
-
 def _make_pictures(asked, frames, arguments, session):
     with session.progress_shown():
         cloud = session.read()
-        surfels, drawn = _make_scene(cloud, session)
+        surfels = session.surfels(cloud, with_hierarchy=True, all_arrays=False)
+        drawn = session.drawable(surfels)
         session.hint_at_keeping(session.run.seconds_to_hierarchy(), RENDER)
         first = complete_view(asked[0], cloud, surfels, session.note)
         renderer = _make_renderer(drawn, first, arguments)
         views = _views(asked, cloud, surfels, renderer, arguments)
-        if session.shows_backs(Samples(drawn), views, cloud):
-            surfels, drawn = _make_scene(cloud, session)
-            renderer = _make_renderer(drawn, first, arguments)
-            views = _views(asked, cloud, surfels, renderer, arguments)
         del cloud, surfels  # frees the memory of a large cloud
         session.say(f"first frame: {views[0]}")
+        session.show_backs(renderer, Samples(drawn), views)
         _draw(renderer, views, frames, frames.missing(), session)
 
 

@@ -140,8 +140,6 @@ def render(arguments):
         surfels = session.surfels(cloud, not arguments.surfels, all_arrays)
         samples = Samples(surfels)
         view = _place(asked, cloud, surfels, samples, session)
-        if session.shows_backs(samples, [view], cloud):
-            surfels = session.surfels(cloud, not arguments.surfels, all_arrays)
         what = "Gaussians" if cloud.is_gaussians else "surfels"
         del cloud  # frees the memory of a large cloud
         count = surfels.GetNumberOfPoints()
@@ -151,6 +149,7 @@ def render(arguments):
         session.hint_at_keeping(session.run.seconds_to_hierarchy())
         surfels = surfels if arguments.surfels else None
         renderer = make_renderer(drawn, view, arguments)
+        session.show_backs(renderer, samples, [view])
         view, depths = _focus(renderer, asked, view, drawn, session)
         session.say(str(view))
         _render_frame(renderer, session)

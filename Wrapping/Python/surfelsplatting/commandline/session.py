@@ -151,22 +151,20 @@ class Session:
             self.warn(filter(None, [why_stepped(cloud.data, surfels)]))
         return surfels
 
-    def shows_backs(self, samples, views, cloud):
-        """-> whether the surfels of a cloud are to be made again, since the views show the backs of most
-        of them: both sides are visible then, unless the user has said which ones are."""
+    def show_backs(self, renderer, samples, views):
+        """Lets a renderer draw both sides, if the views would show the backs of most of what it draws, unless
+        the user has said which sides are visible. A line says what is done."""
         share = share_facing_away(samples, views)
         if not share:
-            return False
+            return
         seen = (f"{100 * share:.0f} % of the surface turns its back to the camera"
                 + (" in a frame" if len(views) > 1 else ""))
-        if self.arguments.sides == "auto" and not cloud.is_drawable:
-            self.note(f"{seen}, so that both sides are drawn; --sides two does so from the start")
-            self.arguments.sides = "two"
-            return True
-        advice = ("surfels that are made with --sides two show it" if cloud.is_drawable else
-                  "--sides two shows it")
-        self.warn([f"{seen} and is not drawn; {advice}"])
-        return False
+        if self.arguments.sides == "given":
+            self.warn([f"{seen} and is not drawn; --sides auto shows it"])
+            return
+        self.note(f"{seen}, so that both sides are drawn")
+        for actor in renderer.GetActors():
+            actor.GetMapper().ShowBacksOn()
 
     def drawable(self, surfels, all_arrays=False):
         """-> the hierarchy of the surfels, or where there is no need of one the surfels; with the

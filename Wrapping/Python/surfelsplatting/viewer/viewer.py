@@ -11,6 +11,7 @@ from ..lighting import set_lights
 from ..problems import UserProblem
 from ..shapes.samples import ENOUGH, Samples
 from ..surfels import holds_gaussians
+from ..views.backs import share_facing_away
 from ..views.cameras import STILL_CELLS
 from ..views.focus import (distance_in_focus, focused_on_front, largest_blur, point_at_pixel,
                            settle_focus)
@@ -21,6 +22,7 @@ from . import motions
 from .discs import discs_of, turn_discs
 
 APERTURES = (0, 4, 6, 8, 11, 16, 22, 32, 45, 64, 80, 100)  # px, blur radius at infinity
+FEW = 8000  # samples that tell in each frame which side is seen, in half a millisecond
 FIRST_APERTURE = 32.0  # when the lens is turned on
 
 
@@ -46,8 +48,8 @@ class Viewer:
     """A scan, and how it is looked at.
 
     cloud: Cloud. view: View, what the options ask for. messages: a VtkMessages.
-    look: has path, scalars, background, and make_actor, set_splatter, write and hint; see
-    commandline/scan.py.
+    look: has path, scalars, background, may_show_backs, and make_actor, set_splatter, write and hint;
+    see commandline/scan.py.
     """
 
     def __init__(self, cloud, view, look, messages):
@@ -61,7 +63,7 @@ class Viewer:
         self.renderer.SetBackground(look.background)
         self.renderer.SetBackgroundAlpha(1.0)
         look.set_splatter(self.renderer.GetSplatter())
-        self._surfels = self._samples = None
+        self._surfels = self._samples = self._few = None
         self.is_preview = not cloud.is_drawable
         self._set_surfels(cloud.data if cloud.is_drawable else self._discs())
         self.view = self._first_view(view.size)
@@ -82,7 +84,7 @@ class Viewer:
 
     def _set_surfels(self, surfels):
         if surfels is not self._surfels:
-            self._surfels, self._samples = surfels, None
+            self._surfels, self._samples, self._few = surfels, None, None
         self.renderer.RemoveAllActors()
         self.actor = self.look.make_actor(surfels, self.scalars)
         self.renderer.AddActor(self.actor)
@@ -193,12 +195,18 @@ class Viewer:
         """Sets a splatter and a camera to the view. cells: of the lens"""
         set_camera(camera, self.view)
         set_lens(splatter, self.view)
+        self.actor.GetMapper().SetShowBacks(self._shows_backs())
         splatter.SetLensCells(cells)
         self.renderer.SetSize(*self.view.size)
         direction = camera.GetDirectionOfProjection()
         if self.is_preview and direction != self._turned_to:
             turn_discs(self.actor.GetMapper().GetInput(), direction)
             self._turned_to = direction
+
+    def _shows_backs(self):
+        """Whether both sides are drawn: the camera would see backs only, as from inside of a tunnel."""
+        self._few = self._few or Samples(self._surfels, FEW)
+        return self.look.may_show_backs and share_facing_away(self._few, [self.view]) > 0
 
     def picture(self, cells=STILL_CELLS):
         """-> vtkImageData, float RGBA. cells: of the lens"""
