@@ -236,7 +236,8 @@ void vtkSurfelImageRenderer::AddInputs(
   }
 }
 
-SurfelSplatting::SceneView vtkSurfelImageRenderer::MakeView()
+SurfelSplatting::SceneView vtkSurfelImageRenderer::MakeView(
+  const vtkSurfelSplatter::SceneItems& items)
 {
   SurfelSplatting::SceneView view;
   view.Camera = this->Camera;
@@ -256,7 +257,7 @@ SurfelSplatting::SceneView vtkSurfelImageRenderer::MakeView()
     this->UpdateProgress(done);
     return this->GetAbortExecute() == 0;
   };
-  this->Splatter->CompleteView(view);
+  this->Splatter->CompleteView(view, items);
   return view;
 }
 
@@ -299,7 +300,7 @@ bool vtkSurfelImageRenderer::Draw(vtkInformationVector* inputs, vtkImageData* pi
     vtkSurfelSplatter::CollectItems(actor, items);
   }
   this->AddInputs(inputs, items);
-  if (!this->Splatter->Render(items, this->MakeView()))
+  if (!this->Splatter->Render(items, this->MakeView(items)))
   {
     return false;
   }

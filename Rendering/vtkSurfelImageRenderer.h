@@ -127,7 +127,7 @@ private:
   void RoundToBytes(vtkImageData* picture, vtkImageData* bytes);
 #ifndef __VTK_WRAP__
   void AddInputs(vtkInformationVector* inputs, vtkSurfelSplatter::SceneItems& items);
-  vtkSurfelSplatter::SceneView MakeView();
+  vtkSurfelSplatter::SceneView MakeView(const vtkSurfelSplatter::SceneItems& items);
 #endif
 
   vtkNew<vtkActorCollection> Actors;

@@ -9,6 +9,7 @@
 #include "Rendering/Scene/CloudAdapter.h"
 #include "Rendering/Scene/FrameKey.h"
 #include "Rendering/Scene/HierarchyCache.h"
+#include "Rendering/Scene/MiddleView.h"
 #include "Rendering/Scene/PictureArrays.h"
 #include "Rendering/Scene/PixelChannels.h"
 #include "Rendering/Scene/PropOccluders.h"
@@ -66,13 +67,12 @@ struct vtkSurfelSplatter::Internals
   SurfelSplatting::Splatter ChannelCore; // another one: Core keeps the statistics of the colours
   vtkNew<vtkImageData> Output;
   SurfelSplatting::SplatContext Context;
-  SurfelSplatting::FrameKey Key; // of the picture in Output
+  SurfelSplatting::FrameKey Key;            // of the picture in Output
+  vtkSmartPointer<vtkSurfelSplatter> Small; // finds what is in the middle
   SurfelSplatting::PropOccluders Occluders;
   bool HasPicture = false;
   double SceneMilliseconds = 0.0;
-  bool WarnedParallel = false;
-  bool WarnedOffAxis = false;
-  bool WarnedNotFinite = false;
+  bool WarnedParallel = false, WarnedOffAxis = false, WarnedNotFinite = false;
 };
 
 vtkStandardNewMacro(vtkSurfelSplatter);
@@ -302,7 +302,26 @@ void vtkSurfelSplatter::RenderPicture(const SceneItems& items, const SceneView& 
   this->FrameMilliseconds = MillisecondsSince(start);
 }
 
-void vtkSurfelSplatter::CompleteView(SceneView& view)
+/// The distance to the surface in the middle, by a small picture; 0 if no surfels are seen.
+double vtkSurfelSplatter::FindMiddle(const SceneItems& items, const SceneView& view)
+{
+  vtkSmartPointer<vtkSurfelSplatter>& small = this->Internal->Small;
+  small = small ? small : vtkSmartPointer<vtkSurfelSplatter>::New();
+  small->SetLensModeToPinhole();
+  SurfelSplatting::Ranks* ranks = this->GetRanks(); // which have no channels
+  small->SetController(this->GetController());
+  small->SetChannels(!ranks && SurfelSplatting::HaveVolume(items) ? CHANNEL_MEDIAN_DEPTH : 0);
+  small->SetKeepCaptureMass(this->KeepCaptureMass);
+  // As they are here: a mapper keeps what it has computed for one of each.
+  small->SetLODMode(this->LODMode);
+  small->SetLinearLight(this->LinearLight);
+  SurfelSplatting::MiddleView middle(view);
+  small->CompleteView(middle.View, items);
+  const double front = small->Render(items, middle.View) ? FindFront(small->GetOutput()) : 0.0;
+  return ranks ? ranks->RootValue(front) : front;
+}
+
+void vtkSurfelSplatter::CompleteView(SceneView& view, const SceneItems& items)
 {
   view.Projection = SurfelSplatting::MakeView(view.Camera, view.Size, view.Aspect);
   view.Projection.Near = view.ClippingRange[0];
@@ -314,12 +333,18 @@ void vtkSurfelSplatter::CompleteView(SceneView& view)
     lens.Shape = view.CellShape;
     return;
   }
+  double distance = 0.0;
   if (this->FocusMode == FOCUS_POINT)
   {
     const double* p = this->FocusPoint;
-    const double distance = view.Projection.WorldToCamera.Apply({ p[0], p[1], p[2] })[2];
-    lens.FocalDistance = distance > 0.0 ? distance : lens.FocalDistance;
+    distance = view.Projection.WorldToCamera.Apply({ p[0], p[1], p[2] })[2];
   }
+  else if (this->FocusMode == FOCUS_MIDDLE && this->HasLens(view.Camera) &&
+    view.Camera->GetFocalDistance() == 0.0)
+  {
+    distance = this->FindMiddle(items, view);
+  }
+  lens.FocalDistance = distance > 0.0 ? distance : lens.FocalDistance;
   if (this->LensMode == LENS_PINHOLE)
   {
     lens.Radius = 0.0;
@@ -480,6 +505,11 @@ void vtkSurfelSplatter::AddChannels(const SceneClouds& scene)
   Internals& my = *this->Internal;
   SurfelSplatting::AddChannels(
     channels, { my.Context, scene.Clouds, scene.OccluderDepth, my.ChannelCore }, my.Output);
+}
+
+double vtkSurfelSplatter::FindFront(vtkImageData* picture)
+{
+  return picture ? SurfelSplatting::FrontOf(picture) : 0.0;
 }
 
 vtkImageData* vtkSurfelSplatter::GetOutput()

@@ -70,18 +70,23 @@ public:
   enum FocusModes
   {
     FOCUS_CAMERA = 0, ///< the camera's FocalDistance
-    FOCUS_POINT = 1   ///< the plane through FocusPoint, wherever the camera moves
+    FOCUS_POINT = 1,  ///< the plane through FocusPoint, wherever the camera moves
+    FOCUS_MIDDLE = 2  ///< the surface in the middle of the picture
   };
 
   ///@{
   /**
    * What is in focus. If FocusPoint is not in front of the camera, the camera's FocalDistance is
-   * used. Default FOCUS_CAMERA.
+   * used. FOCUS_MIDDLE is for programs whose users have not chosen yet: each frame with a lens is
+   * in focus where a photographer would focus, on the front of the surfels in its middle, which a
+   * small picture without lens finds first; on the camera's FocalDistance if that is above 0, or if
+   * no surfels are seen. Default FOCUS_CAMERA.
    */
-  vtkSetClampMacro(FocusMode, int, FOCUS_CAMERA, FOCUS_POINT);
+  vtkSetClampMacro(FocusMode, int, FOCUS_CAMERA, FOCUS_MIDDLE);
   vtkGetMacro(FocusMode, int);
   void SetFocusModeToCamera() { this->SetFocusMode(FOCUS_CAMERA); }
   void SetFocusModeToPoint() { this->SetFocusMode(FOCUS_POINT); }
+  void SetFocusModeToMiddle() { this->SetFocusMode(FOCUS_MIDDLE); }
   ///@}
 
   ///@{
@@ -355,6 +360,13 @@ public:
   ///@}
 
   /**
+   * The distance, along the view direction, to what FOCUS_MIDDLE would focus on in a picture such
+   * as GetOutput(), by its "MedianDepth", or else its "Depth"; 0 if it is empty. Of a small picture
+   * without lens: of a large one single points count.
+   */
+  static double FindFront(vtkImageData* picture);
+
+  /**
    * The last picture. Row 0 is the bottom row. Its point arrays are "Color" (scalars; float RGBA,
    * premultiplied, without background; alpha is the coverage), "Depth" (float; distance along the
    * view direction, 0 where alpha stays below one half) and those of Channels. Its field data have
@@ -370,9 +382,9 @@ public:
   /// Adds the visible surfel actors of a prop, including the parts of assemblies.
   static void CollectItems(vtkProp* prop, SceneItems& items);
 
-  /// Computes Projection and Optics of a view from its other members and the settings. Call once a
-  /// frame, before Render.
-  void CompleteView(SceneView& view);
+  /// Computes Projection and Optics of a view from its other members, the settings and, with
+  /// FOCUS_MIDDLE, what is seen. Call once a frame, before Render. Collective with a controller.
+  void CompleteView(SceneView& view, const SceneItems& items);
 
   /**
    * Renders a picture into GetOutput(). Returns false with an empty output if there is not enough
@@ -432,6 +444,7 @@ private:
   struct SceneClouds;
   void RenderPicture(const SceneItems& items, const SceneView& view);
   void MakeContext(const SceneView& view);
+  double FindMiddle(const SceneItems& items, const SceneView& view);
   SurfelSplatting::FrameKey MakeKey(const SceneItems& items, const SceneView& view);
   void WarnOfCamera(const SceneView& view);
   void WarnOfNotFinite(const SceneView& view);

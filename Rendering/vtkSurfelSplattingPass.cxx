@@ -239,7 +239,7 @@ bool vtkSurfelSplattingPass::RenderCells(const vtkRenderState* state)
   {
     return false;
   }
-  const SurfelSplatting::SceneView view = this->MakeView(frame);
+  const SurfelSplatting::SceneView view = this->MakeView(frame, CollectSurfels(frame.Renderer));
   SurfelSplatting::LensViews views(
     view.Projection, view.Optics, { cells, this->Splatter->GetLensPinholes() != 0 });
   views.LinearLight = this->Splatter->GetLinearLight() != 0;
@@ -284,7 +284,8 @@ void vtkSurfelSplattingPass::RenderSelection(const vtkRenderState* state)
 }
 
 /// The view of a frame; without occluders.
-SurfelSplatting::SceneView vtkSurfelSplattingPass::MakeView(const SurfelSplatting::PassFrame& frame)
+SurfelSplatting::SceneView vtkSurfelSplattingPass::MakeView(
+  const SurfelSplatting::PassFrame& frame, const vtkSurfelSplatter::SceneItems& items)
 {
   SurfelSplatting::SceneView view;
   view.Camera = frame.Renderer->GetActiveCamera();
@@ -299,7 +300,7 @@ SurfelSplatting::SceneView vtkSurfelSplattingPass::MakeView(const SurfelSplattin
   vtkRenderWindow* window = frame.Window;
   view.Progress = [window](double) { return window->CheckAbortStatus() == 0; };
   view.Camera->GetClippingRange(view.ClippingRange);
-  this->Splatter->CompleteView(view);
+  this->Splatter->CompleteView(view, items);
   return view;
 }
 
@@ -316,7 +317,7 @@ void vtkSurfelSplattingPass::RenderOpaqueStep(const vtkRenderState* state, vtkRe
   my.Props.StaySharp();
   if (canBeDrawn)
   {
-    view = this->MakeView(frame);
+    view = this->MakeView(frame, items);
     view.Coarsening = this->Coarsening = this->ChooseCoarsening(frame.Renderer);
     this->TakeStamp(frame, delegate);
     view.PropStamp = my.Stamp.IsKnown() ? &my.Stamp.Values() : nullptr;

@@ -153,7 +153,8 @@ private:
   void LearnFrameTime(vtkRenderer* renderer);
   void ReportSharpProps();
 #ifndef __VTK_WRAP__
-  SurfelSplatting::SceneView MakeView(const SurfelSplatting::PassFrame& frame);
+  SurfelSplatting::SceneView MakeView(
+    const SurfelSplatting::PassFrame& frame, const vtkSurfelSplatter::SceneItems& items);
   void BeginProps(const SurfelSplatting::PassFrame& frame, const SurfelSplatting::SceneView& view);
   bool MayHaveProps(vtkRenderer* renderer) const;
   void ReadProps(const SurfelSplatting::PassFrame& frame, vtkRenderPass* delegate);

@@ -229,6 +229,24 @@ class SurfelSplats(PluginCase):
         self.view.CenterOfRotation = [0.0, 0.0, 0.0]
         self.assertLess(np.abs(screenshot(self.view) - near).max(), 2)
 
+    def test_first_focus_is_on_what_is_seen(self):
+        """Not on the focal point, the centre of the data: on the surface in the middle."""
+        display = self.show(self.points)
+        settings, prefix = ((self.view, "") if self.view_type == "SurfelRenderView"
+                            else (display, "Surfel"))
+        setattr(settings, prefix + "LensMode", "Circle of confusion")
+        setattr(settings, prefix + "CircleOfConfusion", 20)
+        for position in ([0, 0, 5], [4, 0, 0]):
+            self.view.CameraPosition = position
+            first = screenshot(self.view)
+            self.view.CameraFocalDistance = np.linalg.norm(position) - 0.99  # its front
+            self.assertLess(np.abs(screenshot(self.view) - first).max(), 4)
+            self.view.CameraFocalDistance = 0
+            setattr(settings, prefix + "FocusMode", "Focal point")
+            self.assertGreater(np.abs(screenshot(self.view) - first).max(), 30)
+            setattr(settings, prefix + "FocusMode", "Surface in the middle")
+            self.assertLess(np.abs(screenshot(self.view) - first).max(), 1)
+
     def test_hidden_by_and_hiding_a_mesh(self):
         self.show(self.points)
         box = simple.Box(XLength=0.5, YLength=0.5, ZLength=0.5, Center=[0, 0, 1.5])

@@ -79,6 +79,7 @@ void Focus::Apply(const ViewLens& lens, vtkSurfelSplatter* splatter) const
 {
   const bool center = this->Mode == CENTER_OF_ROTATION && lens.HasCenter;
   splatter->SetFocusMode(center || this->Mode == POINT ? vtkSurfelSplatter::FOCUS_POINT
+      : this->Mode == MIDDLE                           ? vtkSurfelSplatter::FOCUS_MIDDLE
                                                        : vtkSurfelSplatter::FOCUS_CAMERA);
   const double* p = center ? lens.CenterOfRotation : this->Point;
   splatter->SetFocusPoint(p[0], p[1], p[2]);

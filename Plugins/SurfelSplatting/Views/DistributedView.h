@@ -41,9 +41,10 @@ struct Focus
   {
     CAMERA = 0,
     POINT = 1,
-    CENTER_OF_ROTATION = 2
+    CENTER_OF_ROTATION = 2,
+    MIDDLE = 3
   };
-  int Mode = CAMERA;
+  int Mode = MIDDLE;
   double Point[3] = { 0.0, 0.0, 0.0 };
 
   void Apply(const ViewLens& lens, vtkSurfelSplatter* splatter) const;

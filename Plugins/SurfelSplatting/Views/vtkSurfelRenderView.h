@@ -31,8 +31,8 @@ public:
 
   ///@{
   /**
-   * What to focus on: 0 the camera's focal distance, 1 a point, 2 the view's centre of rotation.
-   * Default 0.
+   * What to focus on: 0 the camera's focal distance, 1 a point, 2 the view's centre of rotation, 3
+   * the surface in the middle (vtkSurfelSplatter::FOCUS_MIDDLE). Default 3.
    */
   void SetFocusMode(int mode);
   void SetFocusPoint(double x, double y, double z);

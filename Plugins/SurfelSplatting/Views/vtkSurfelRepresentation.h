@@ -55,7 +55,8 @@ public:
   ///@{
   /**
    * What to focus on: 0 the camera's focal distance, 1 a point, 2 the view's centre of rotation, or
-   * as 0 if the view has none. Default 0.
+   * as 0 if the view has none, 3 the surface in the middle (vtkSurfelSplatter::FOCUS_MIDDLE).
+   * Default 3.
    */
   void SetFocusMode(int mode);
   void SetFocusPoint(double x, double y, double z);

@@ -269,4 +269,41 @@ TEST_CASE_FIXTURE(NoMessages, "Focus on a point")
   CHECK_NEAR(Compare(scene.Render(), other).Max, 0.0, 0.0);
 }
 
+TEST_CASE_FIXTURE(NoMessages, "Focus on the surface in the middle")
+{
+  // Not on the focal point, the middle of the sphere: on its front, 5 to 5.02 before the camera.
+  Scene scene(160, 120);
+  scene.Renderer->AddActor(SurfelActor(UnitSphere()));
+  scene.See(FrontCamera(6.0));
+  vtkSurfelSplatter* splatter = scene.Pass->GetSplatter();
+  splatter->SetLensModeToCircleOfConfusion();
+  splatter->SetCircleOfConfusion(20.0);
+  vtkCamera* camera = scene.Renderer->GetActiveCamera();
+  const vtkSmartPointer<vtkImageData> onFocalPoint = scene.Render();
+  camera->SetFocalDistance(5.01);
+  const vtkSmartPointer<vtkImageData> onFront = scene.Render();
+  CHECK(Compare(onFocalPoint, onFront).Max > 20.0);
+  camera->SetFocalDistance(0.0);
+  splatter->SetFocusModeToMiddle();
+  const vtkSmartPointer<vtkImageData> found = scene.Render();
+  CHECK(Compare(found, onFront).Max < 2.0);
+  const vtkSmartPointer<vtkImageData> poster = RenderPoster(scene.Window);
+  CHECK(poster->GetDimensions()[0] == 320);
+  // Cells of the lens share the focus of the whole lens, also where meshes are drawn.
+  splatter->SetLensCells(7);
+  CHECK(Compare(scene.Render(), onFront).Max < 6.0);
+  splatter->SetLensCells(1);
+  // A frame of nothing new is kept, and a focal distance counts.
+  const vtkIdType reused = splatter->GetNumberOfReusedFrames();
+  scene.Render();
+  scene.Render();
+  CHECK(splatter->GetNumberOfReusedFrames() > reused);
+  camera->SetFocalDistance(6.0);
+  CHECK_NEAR(Compare(scene.Render(), onFocalPoint).Max, 0.0, 0.0);
+  // Nothing in sight: the camera's focus, without a message.
+  camera->SetFocalDistance(0.0);
+  camera->SetFocalPoint(0.0, 0.0, 12.0);
+  CHECK(Compare(scene.Render(), onFocalPoint).Max > 20.0);
+}
+
 TEST_SUITE_END();

@@ -143,6 +143,39 @@ TEST_CASE_FIXTURE(NoMessages, "The picture is that of one process")
   }
 }
 
+/// All focus on what only one of them has in the middle.
+TEST_CASE_FIXTURE(NoMessages, "One focus on the surface in the middle")
+{
+  const auto draw = [](vtkMultiProcessController* controller, bool hasNear, bool hasFar) {
+    vtkNew<vtkSurfelImageRenderer> renderer;
+    const Camera camera(renderer);
+    renderer->GetCamera()->SetFocalDistance(0.0);
+    renderer->GetSplatter()->SetFocusModeToMiddle();
+    renderer->GetSplatter()->SetController(controller);
+    if (hasNear)
+    {
+      renderer->AddActor(Sphere({ 0, 0, 2 }, 1.0));
+    }
+    if (hasFar)
+    {
+      renderer->AddActor(Sphere({ 0.8, 0, -2 }, 1.0));
+    }
+    renderer->Update();
+    return Copy(renderer->GetOutput());
+  };
+  const vtkSmartPointer<vtkImageData> expected = draw(nullptr, true, true);
+  vtkSmartPointer<vtkImageData> found;
+  ThreadController::Run(2, [&](vtkMultiProcessController* controller) {
+    const int rank = controller->GetLocalProcessId();
+    const vtkSmartPointer<vtkImageData> own = draw(controller, rank == 1, rank == 0);
+    if (rank == 0)
+    {
+      found = own;
+    }
+  });
+  CHECK_NEAR(Compare(found, expected).Max, 0.0, 0.0);
+}
+
 TEST_CASE_FIXTURE(NoMessages, "A change anywhere is a new picture")
 {
   vtkSmartPointer<vtkImageData> first, second;

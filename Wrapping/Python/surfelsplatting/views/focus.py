@@ -10,12 +10,11 @@ from ..problems import UserProblem
 from ..shapes.directions import unit
 from ..vtkarrays import to_numpy
 from ..vtkmessages import errors_of
+from ..vtkSurfelRendering import vtkSurfelSplatter
 from .cameras import LARGEST_BLUR, Wishes, dot, subtract
-from .framing import FRONT, MIDDLE
 from .vtkcamera import make_camera, set_lens
 
 SMALL = 120  # px, height of a picture that shows what is in the middle
-FILLED = 0.5  # part of the middle below which it shows little
 LEAST_SEEN = 0.02  # alpha of what is seen, as of a volume
 ENDS = (1, 99)  # percent of the pixels that are nearer than the near and the far end of a picture
 
@@ -67,17 +66,21 @@ def _shows_volume(renderer):
     return any(data and data.GetPointData().HasArray("GaussianExtinction") for data in inputs)
 
 
-def sharp_depths(renderer, update=_update):
-    """The same without the lens. Of a volume, which may be translucent everywhere, the distance at
-    which half of what a pixel sees has been gathered."""
-    if not _shows_volume(renderer):
-        with one_sharp_picture(renderer):
-            update(renderer)
-            return np.array(depths_of(renderer))
-    with one_sharp_picture(renderer, renderer.GetSplatter().CHANNEL_MEDIAN_DEPTH):
+def _draw_sharp(renderer, update):
+    """Draws without the lens. -> the array of depths. Of a volume, which may be translucent everywhere,
+    they are those at which half of what a pixel sees has been gathered."""
+    of_volume = _shows_volume(renderer)
+    with one_sharp_picture(renderer, of_volume and renderer.GetSplatter().CHANNEL_MEDIAN_DEPTH):
         update(renderer)
-        return np.where(plane_of(renderer, "Color") < LEAST_SEEN, 0.0,
-                        plane_of(renderer, "MedianDepth"))
+    return "MedianDepth" if of_volume else "Depth"
+
+
+def sharp_depths(renderer, update=_update):
+    """What depths_of gives, without the lens."""
+    name = _draw_sharp(renderer, update)
+    if name == "Depth":
+        return np.array(depths_of(renderer))
+    return np.where(plane_of(renderer, "Color") < LEAST_SEEN, 0.0, plane_of(renderer, name))
 
 
 def _point(camera, size, pixel, depth):
@@ -133,18 +136,6 @@ def point_at_pixel(renderer, pixel, update=_update):
     return _point_in(sharp_depths(renderer, update), renderer.GetCamera(), pixel)
 
 
-def _front(depths):
-    """Distance to the front of the surface in the middle of a picture; 0 where it is empty. The less the
-    middle shows, such as a trunk or a mast, the more of what is around it counts, and the less only
-    its front: where nothing is there, half of all that is seen is nearer."""
-    rows, columns = np.ogrid[:depths.shape[0], :depths.shape[1]]
-    off_axis = np.hypot(rows - (depths.shape[0] - 1) / 2, columns - (depths.shape[1] - 1) / 2)
-    reach = MIDDLE * depths.shape[0] / 2
-    lack = max(0.0, 1 - np.mean(depths[off_axis < reach] > 0) / FILLED)
-    seen = depths[(off_axis < reach + lack * off_axis.max()) & (depths > 0)]
-    return float(np.percentile(seen, FRONT + lack * (50 - FRONT))) if len(seen) else 0.0
-
-
 def fronts_of(views, renderer, update=_update):
     """-> [n] distances to the front of the surface in the middle of each view, on which a photographer
     would focus; 0 where nothing is seen. Of small pictures, so that what is hidden does not count."""
@@ -153,7 +144,8 @@ def fronts_of(views, renderer, update=_update):
     for view in views:
         renderer.SetSize(max(1, round(SMALL * view.size[0] / view.size[1])), SMALL)
         renderer.SetCamera(make_camera(view))
-        fronts.append(_front(sharp_depths(renderer, update)))
+        _draw_sharp(renderer, update)
+        fronts.append(vtkSurfelSplatter.FindFront(renderer.GetOutput()))
     renderer.SetSize(*size)
     renderer.SetCamera(camera)
     return np.array(fronts)
