@@ -59,7 +59,7 @@ class TestBadInput(ToolCase):
         self.refuse_cloud(write("junk.pcd", "hello"), 'neither a .ply nor a .pcd file: it begins with "hello"')
         self.refuse_cloud(write("page.ply", "<!DOCTYPE html>\n<html>"), '"<!DOCTYPE html>"')
         self.refuse_cloud(write("cloud.docx", "v 1 2 3"), "unknown extension", ".ply", ".vtp")
-        self.refuse_cloud(write("cloud", "1 2 3"), "it has no extension")
+        self.refuse_cloud(write("cloud", "one two three"), "it has no extension")
         for packed in ("cloud.zip", "cloud.xyz.gz"):
             self.refuse_cloud(write(packed, "PK"), "is packed; unpack it first")
         expected = "no readable zip" if importlib.util.find_spec("PIL") else "pip install Pillow"

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Text clouds: columns, delimiters and headers."""
 
+import re
 import unittest
 
 import numpy as np
@@ -217,6 +218,29 @@ class TestTextClouds(ToolCase):
         for row in ("4,5,bad,7", "4,5"):
             with self.assertRaisesRegex(UserProblem, "line 4$", msg=row):
                 self.read(f"x,y,z,a\n1,2,3,7\n\n{row}\n")
+
+    def test_tables_of_other_names(self):
+        """Programs call them .dat, .pnt and the like."""
+        points, colors = sphere(2000)
+        text = "".join(f"{x} {y} {z} {r} {g} {b}\n" for (x, y, z), (r, g, b) in zip(points, colors))
+        for path in ("cloud.dat", "cloud.2024", "cloud"):
+            printed = self.info(write(path, "# a scan\n" + text))
+            self.assertIn("2000 points", printed)
+            self.assertIn("RGB", printed)
+        for path, content in (("list.dat", "1 2\n3 4\n"), ("words.dat", "a b c\n"),
+                              ("bytes.dat", b"1 2 3\n\0\0")):
+            self.refuse("info", write(path, content), says="unknown extension '.dat'")
+
+    def test_errors_show_what_is_there(self):
+        for text, says in (("(1, 2, 3)\n(4, 5, 6)\n", "it begins with '(1, 2, 3)'"),
+                           ("x" * 500, "it begins with '" + "x" * 57 + "...'"),
+                           ("\n".join(["1 " * 5000] * 3), "3 lines of 5000 numbers; each point needs a line")):
+            write("cloud.xyz", text)
+            with self.assertRaisesRegex(UserProblem, re.escape(says)):
+                read_text_cloud("cloud.xyz")
+        _, columns = read_text_cloud(write("cloud.xyz", "1 2 3 4 5 " * 20 + "\n" + "6 7 8 9 0 " * 20))
+        self.assertLess(len(str(columns)), 500)
+        self.assertIn("70 more", str(columns))
 
     def test_grid_of_heights(self):
         with self.assertRaisesRegex(UserProblem, "gdal_translate"):

@@ -15,6 +15,10 @@ def no_points(path):
     return UserProblem(f"{path} holds no points; give a file with some, or make it again")
 
 
+def shortened(text, most=60):
+    return text if len(text) <= most else text[:most - 3] + "..."
+
+
 def how_to_install(packages):
     """The command that installs packages of pip, for messages. Where the system's packages are left to
     its own installer, as on Debian, pip needs an environment."""

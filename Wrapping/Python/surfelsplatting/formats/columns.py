@@ -12,6 +12,7 @@ ENOUGH_TO_COUNT = 10  # points whose numbers are no places by chance
 MOST_SAMPLES = 20_000  # points whose values stand for all
 FEW_VALUES = 4  # as many times fewer than a channel of a colour has alpha, a class or a return
 MANY_VALUES = 32  # of a channel of a colour, where nothing but its values tells that it is one
+MOST_NAMED = 30  # columns in a message
 ALIKE = 0.5  # least correlation of two channels of a colour: both are bright in the light
 
 
@@ -26,7 +27,9 @@ class Columns:
 
     def __str__(self):
         advice = "; if that is wrong, write their names into the first line" if self.unsure else ""
-        return f"columns {', '.join(self.meanings)}, {self.source}{advice}"
+        more = len(self.meanings) - MOST_NAMED
+        named = [*self.meanings[:MOST_NAMED], *([f"{more} more"] if more > 0 else [])]
+        return f"columns {', '.join(named)}, {self.source}{advice}"
 
 
 def _are_numbers_of_points(column):

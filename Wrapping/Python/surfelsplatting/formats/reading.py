@@ -188,6 +188,8 @@ _READERS = {
     ".laz": _read_las,
     ".e57": _read_e57,
 }
+# Programs give tables of points names of their own, such as .dat.
+_TABLE = ".txt"
 _PACKED = (".zip", ".gz", ".bz2", ".xz", ".zst", ".7z", ".rar", ".tar")
 
 
@@ -246,6 +248,10 @@ def read_cloud(path, messages, progress):
     path = folder_meta(path)
     extension = os.path.splitext(path)[1].lower()
     _check_file(path)
+    if extension not in _READERS and extension not in _PACKED:
+        from .text import is_table
+
+        extension = _TABLE if is_table(path) else extension
     if extension not in _READERS:
         if extension in _PACKED:
             raise UserProblem(f"{path} is packed; unpack it first")

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..clouds.degrees import cloud_of_degrees
 from ..clouds.polydata import polydata_of
-from ..problems import UserProblem, no_points
+from ..problems import UserProblem, no_points, shortened
 from .columnnames import has_places
 from .columns import arrays_of_columns, by_names, by_values
 
@@ -21,6 +21,8 @@ MISSING = {"", "na", "n/a", "#n/a", "null", "none", "nil", "-", "--", "?"}  # va
 PTS_MARK = re.compile(r"\d+|BEGIN|END")  # a scan may begin with the number of its points, or a word
 HEAD = 1000  # lines in which the first point is looked for
 START = 1 << 20  # bytes that tell the encoding
+TOP = 100  # lines in which a table of any name has its first point
+MOST_COLUMNS = 1000  # of a table that has more columns than lines
 DECIMAL_COMMA = re.compile(r"\s*[+-]?\d*(\d|,\d+)([eE][+-]?\d+)?\s*")
 
 
@@ -124,6 +126,19 @@ def _open(path, encoding):
     return open(path, encoding=encoding, errors="replace")  # what is left is no number
 
 
+def is_table(path):
+    """Whether a file whose name does not tell it has points in columns of text."""
+    with open(path, "rb") as file:
+        start = file.read(START)
+    is_utf16 = start.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    if b"\0" in start and not is_utf16:
+        return False
+    with _open(path, _find_encoding(path)) as file:
+        top = [_without_comment(line).replace('"', "") for line in itertools.islice(file, TOP)]
+    first = _first_row(top)
+    return first is not None and len(_words(top[first])) >= 3
+
+
 def _find_layout(path):
     encoding = _find_encoding(path)
     with _open(path, encoding) as file:
@@ -135,8 +150,10 @@ def _find_layout(path):
     first = _first_row(plain)
     if first is None:
         if any(line.strip() for line in plain):
+            start = next(line.strip() for line in plain if line.strip())
             raise UserProblem(f"{path} is not a table of numbers: there is no point x y z in its first "
-                              f"{len(head)} line{'s' * (len(head) > 1)}")
+                              f"{len(head)} line{'s' * (len(head) > 1)}; it begins with "
+                              f"{shortened(start)!r}")
         raise no_points(path)
     row = plain[first]
     delimiter, has_decimal_comma = _delimiter(row)
@@ -198,8 +215,12 @@ def read_text_cloud(path):
     table = _read_table(path, layout)
     if table.shape[0] == 0:
         raise no_points(path)
-    if table.shape[1] < 3:
-        raise UserProblem(f"{path} has {table.shape[1]} columns; a point has at least x y z")
+    lines, count = table.shape
+    if count < 3:
+        raise UserProblem(f"{path} has {count} columns; a point has at least x y z")
+    if count > max(lines, MOST_COLUMNS):
+        raise UserProblem(f"{path} has {lines} lines of {count} numbers; each point needs a line of its "
+                          "own, so write the table with its rows as columns")
     if layout.names is None:
         columns = by_values(path, table)
     else:
