@@ -98,6 +98,25 @@ class TestAccessor(PlotterCase):
                         with open(path, "wb"), self.assertRaisesRegex(ValueError, "pip install"):
                             pv.read(path)
 
+    def test_tables(self):
+        """In files of all names that PyVista has no reader for; a guess is a warning."""
+        with tempfile.TemporaryDirectory() as folder:
+            for name in ("a.asc", "a.csv", "a.tsv", "a.txt", "a.xyz", "a.xyzn", "a.xyzrgb"):
+                path = os.path.join(folder, name)
+                with open(path, "w", encoding="ascii") as file:
+                    file.write("1;2,5;3;255;0;0\n4;5,5;6;0;255;0\n")
+                cloud = pv.read(path)
+                np.testing.assert_array_equal(cloud.points, [[1, 2.5, 3], [4, 5.5, 6]], name)
+                self.assertEqual(cloud["RGB"].dtype, np.uint8)
+            with open(path, "w", encoding="ascii") as file:
+                file.write("1 2 3 10 20 30 7\n" * 12)
+            with self.assertWarnsRegex(UserWarning, "write their names into the first line"):
+                pv.read(path)
+            with open(path, "w", encoding="ascii") as file:
+                file.write("no points")
+            with self.assertRaisesRegex(ValueError, "it begins with 'no points'"):
+                pv.read(path)
+
     def test_ptx_files(self):
         header = "1\n5\n1 2 3\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n1 2 3 1\n"
         rows = "".join(f"{x} 0 -5 0.5 255 0 0\n" for x in range(4)) + "0 0 0 0 0 0 0\n"

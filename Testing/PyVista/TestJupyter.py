@@ -3,7 +3,10 @@
 
 import base64
 import io
+import itertools
+import json
 import unittest
+import zipfile
 
 import numpy as np
 from surfelsplatting.backend import vtk
@@ -46,6 +49,27 @@ class TestJupyter(PlotterCase):
         sent = bytes(memoryview(application.StillRender(pl.render_window, 100)))
         jpeg = np.asarray(Image.open(io.BytesIO(base64.b64decode(sent))).convert("RGB"))
         self.assertLess(np.abs(jpeg.astype(int) - shot).mean(), 2)
+
+    def test_files_for_browsers(self):
+        """Have the points, since browsers have no surfels; they were left out without a word."""
+        try:
+            import trame_pyvista  # noqa: F401
+        except ImportError as missing:
+            self.skipTest(f"{missing.name} is not installed")
+        pl = self.plotter()
+        pl.surfels.add(self.surfels, "RGB")
+        pl.surfels.lens(coc=20)
+        content = io.BytesIO(pl.trame.export_vtksz(None))
+        with zipfile.ZipFile(content) as archive:
+            scene = json.loads(archive.read("index.json"))["scene"]
+
+        def parts(part):
+            return [part, *itertools.chain.from_iterable(map(parts, part.get("dependencies", [])))]
+
+        [data] = [part["properties"] for part in parts(scene) if part["type"] == "vtkPolyData"]
+        self.assertEqual(data["points"]["size"], 3 * self.surfels.n_points)
+        self.assertEqual([field["name"] for field in data["fields"] if field["numberOfComponents"] == 3
+                          and field["dataType"] == "Uint8Array"], ["RGB"])
 
     def test_trame(self):
         try:

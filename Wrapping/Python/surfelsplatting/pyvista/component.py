@@ -17,6 +17,7 @@ from ..lighting import are_photographs
 from ..problems import check_names, warn_user
 from ..views.cameras import STILL_CELLS
 from ..vtkSurfelRendering import vtkSurfelSplatter, vtkSurfelSplattingPass
+from .browser import show_points_in_browsers
 from .firstview import FirstView
 from .focus import focus_on_middle, has_no_focus, point_at
 from .mapper import SurfelMapper
@@ -90,6 +91,7 @@ class SurfelComponent:
         key = id(plotter.renderer)
         if key not in self._passes:
             if not self._passes:
+                show_points_in_browsers()
                 self._keep_passes(plotter.render_window)
                 plotter.render_window.AddObserver(  # type: ignore[union-attr]
                     "AbortCheckEvent", _stop_for_button)

@@ -12,8 +12,9 @@ from ..formats.las import read_las_cloud
 from ..formats.ptx import read_ptx_cloud
 from ..formats.sog import read_sog_capture
 from ..formats.sogfiles import folder_meta
-from ..problems import UserProblem
-from ..surfels import note_scan, update
+from ..formats.text import read_text_cloud
+from ..problems import UserProblem, warn_user
+from ..surfels import note_scan, note_up, update
 from ..vtkSurfelReaders import vtkGaussianSplatReader, vtkPointCloudReader
 
 
@@ -157,6 +158,47 @@ def read_ptx(path: str) -> pv.PolyData:
 
     """
     return _scan_of(read_ptx_cloud, path)
+
+
+def read_text(path: str) -> pv.PolyData:
+    """Read points in columns of text, such as an ``.xyz``, ``.asc``, ``.csv`` or ``.txt`` file.
+
+    The columns are told by their names, or else by their values, with a warning where these may be
+    misread. Longitudes and latitudes become metres from their middle.
+
+    Parameters
+    ----------
+    path : str
+        Path of the file.
+
+    Returns
+    -------
+    pyvista.PolyData
+        The points with their colors (``RGB``) and normals, where the file has them, and its other
+        columns of numbers.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> import tempfile
+    >>> import pyvista as pv
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder) / 'two.xyz'
+    ...     _ = path.write_text('0 0 0 255 0 0\\n1 2 3 0 255 0\\n')
+    ...     cloud = pv.read(path)
+    >>> cloud.n_points
+    2
+
+    """
+    def read(name):
+        data, columns = read_text_cloud(name)
+        if columns.unsure:
+            warn_user(f"{name}: {columns}")
+        if columns.are_degrees:
+            note_up(data, (0, 0, 1))
+        return data
+
+    return _cloud_of(read, path)
 
 
 def _read(reader, path):
