@@ -9,6 +9,7 @@
 #include "Filters/Cleaning/ScanRegistration.h"
 #include "Filters/Cleaning/Smoothing.h"
 #include "Filters/Cleaning/StrayPoints.h"
+#include "Filters/Common/ParallelFor.h"
 #include "Filters/Neighbors/LocalCloud.h"
 
 #include "vtkDataArray.h"
@@ -17,7 +18,6 @@
 #include "vtkPointSet.h"
 #include "vtkPoints.h"
 #include "vtkPolyData.h"
-#include "vtkSMPTools.h"
 
 #include <algorithm>
 #include <utility>
@@ -177,7 +177,7 @@ vtkSmartPointer<vtkDataArray> CleaningExecution::ToScanners(vtkPointSet* input) 
   const auto ways = vtkSmartPointer<vtkFloatArray>::New();
   ways->SetNumberOfComponents(3);
   ways->SetNumberOfTuples(input->GetNumberOfPoints());
-  vtkSMPTools::For(0, input->GetNumberOfPoints(), [&](vtkIdType i, vtkIdType end) {
+  ParallelFor(0, input->GetNumberOfPoints(), [&](vtkIdType i, vtkIdType end) {
     for (; i < end; ++i)
     {
       double p[3];
@@ -223,7 +223,7 @@ bool CleaningExecution::Clean(
   {
     return false;
   }
-  vtkSMPTools::For(0, cloud.Size(), [&](vtkIdType i, vtkIdType end) {
+  ParallelFor(0, cloud.Size(), [&](vtkIdType i, vtkIdType end) {
     for (; i < end; ++i)
     {
       (stray[i] ? this->Strayed : this->Kept)[cloud.InputIds[i]] = 1;

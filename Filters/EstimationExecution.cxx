@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/EstimationExecution.h"
+#include "Filters/Common/ParallelFor.h"
 
 #include "Filters/Arrays/InputArrays.h"
 #include "Filters/Arrays/SurfelOutput.h"
@@ -214,7 +215,7 @@ void EstimationExecution::WriteSurfels(vtkPolyData* output)
   const vtkIdType count = this->Cloud().Size();
   const SurfelOutput surfels(count);
   const bool isSorted = !this->LeavesNeighbors();
-  vtkSMPTools::For(0, count, [&](vtkIdType begin, vtkIdType end) {
+  ParallelFor(0, count, [&](vtkIdType begin, vtkIdType end) {
     for (vtkIdType i = begin; i < end; ++i)
     {
       if (isSorted)
@@ -252,7 +253,7 @@ EstimationCounts EstimationExecution::Count() const
   counts.InvalidNormals = this->InvalidNormals;
   std::atomic<vtkIdType> isolated{ 0 }, degenerate{ 0 }, twoSided{ 0 };
   const auto count = static_cast<vtkIdType>(this->Fits.size());
-  vtkSMPTools::For(0, count, [&](vtkIdType i, vtkIdType end) {
+  ParallelFor(0, count, [&](vtkIdType i, vtkIdType end) {
     vtkIdType sums[3] = { 0, 0, 0 };
     for (; i < end; ++i)
     {

@@ -26,7 +26,6 @@
 #include "vtkPointSet.h"
 #include "vtkPoints.h"
 #include "vtkPolyData.h"
-#include "vtkSMPTools.h"
 #include "vtkSmartPointer.h"
 
 #include <algorithm>
@@ -130,7 +129,7 @@ private:
       static_cast<std::size_t>(source->GetNumberOfComponents() * source->GetDataTypeSize());
     const auto* from = static_cast<const unsigned char*>(source->GetVoidPointer(0));
     auto* to = static_cast<unsigned char*>(array->GetVoidPointer(0));
-    vtkSMPTools::For(0, count, [&](vtkIdType i, vtkIdType end) {
+    ParallelFor(0, count, [&](vtkIdType i, vtkIdType end) {
       constexpr vtkIdType distance = 16;
       for (; i < end; ++i)
       {

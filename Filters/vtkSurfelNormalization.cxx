@@ -5,6 +5,7 @@
 #include "Filters/Arrays/InputArrays.h"
 #include "Filters/Common/AvailableMemory.h"
 #include "Filters/Common/Intrinsics.h"
+#include "Filters/Common/ParallelFor.h"
 #include "Filters/Neighbors/LocalCloud.h"
 #include "Filters/Neighbors/NeighborGraph.h"
 #include "Filters/Normalization/KernelWeights.h"
@@ -208,7 +209,7 @@ private:
     this->Cloud.InputIds = this->Self->Neighbors->InputRanks();
     const auto count = static_cast<vtkIdType>(this->Cloud.InputIds.size());
     this->Cloud.Positions.resize(3 * this->Cloud.InputIds.size());
-    vtkSMPTools::For(0, count, [&](vtkIdType i, vtkIdType end) {
+    ParallelFor(0, count, [&](vtkIdType i, vtkIdType end) {
       for (; i < end; ++i)
       {
         double p[3];
@@ -257,7 +258,7 @@ private:
     result->SetNumberOfComponents(3);
     result->SetNumberOfTuples(areaVectors->GetNumberOfTuples());
     const TupleReader<vtkFloatArray, 3> reader(areaVectors);
-    vtkSMPTools::For(0, result->GetNumberOfTuples(), [&](vtkIdType i, vtkIdType end) {
+    ParallelFor(0, result->GetNumberOfTuples(), [&](vtkIdType i, vtkIdType end) {
       for (; i < end; ++i)
       {
         double area[3];
@@ -265,7 +266,7 @@ private:
         Store(Vector3{ area[0], area[1], area[2] }, result->GetPointer(3 * i));
       }
     });
-    vtkSMPTools::For(0, this->Cloud.Size(), [&](vtkIdType begin, vtkIdType end) {
+    ParallelFor(0, this->Cloud.Size(), [&](vtkIdType begin, vtkIdType end) {
       for (vtkIdType i = begin; i < end; ++i)
       {
         const vtkIdType next = std::min<vtkIdType>(i + PrefetchDistance, end - 1);
@@ -300,7 +301,7 @@ private:
   {
     auto overlaps = MakeArray<vtkUnsignedCharArray>(Arrays::Overlap, 1, count);
     overlaps->FillValue(0);
-    vtkSMPTools::For(0, this->Cloud.Size(), [&](vtkIdType begin, vtkIdType end) {
+    ParallelFor(0, this->Cloud.Size(), [&](vtkIdType begin, vtkIdType end) {
       for (vtkIdType i = begin; i < end; ++i)
       {
         const float overlap = this->Report.Overlaps[static_cast<std::size_t>(i)];

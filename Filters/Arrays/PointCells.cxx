@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Arrays/PointCells.h"
+#include "Filters/Common/ParallelFor.h"
 
 #include "vtkCellArray.h"
 #include "vtkNew.h"
-#include "vtkSMPTools.h"
 #include "vtkTypeInt32Array.h"
 #include "vtkTypeInt64Array.h"
 
@@ -21,7 +21,7 @@ void Fill(vtkIdType count, vtkCellArray* cells)
   offsets->InsertNextValue(static_cast<typename Array::ValueType>(count));
   connectivity->SetNumberOfValues(count);
   auto* ids = connectivity->GetPointer(0);
-  vtkSMPTools::For(0, count, [ids](vtkIdType begin, vtkIdType end) {
+  ParallelFor(0, count, [ids](vtkIdType begin, vtkIdType end) {
     for (vtkIdType i = begin; i < end; ++i)
     {
       ids[i] = static_cast<typename Array::ValueType>(i);

@@ -4,11 +4,11 @@
 #include "Core/Surfels/SurfelArrays.h"
 #include "Filters/Arrays/SurfelOutput.h"
 #include "Filters/Common/Intrinsics.h"
+#include "Filters/Common/ParallelFor.h"
 
 #include "vtkFloatArray.h"
 #include "vtkPointData.h"
 #include "vtkPointSet.h"
-#include "vtkSMPTools.h"
 #include "vtkUnsignedCharArray.h"
 
 #include <algorithm>
@@ -38,7 +38,7 @@ CloudColors Gather(Array* array, const LocalCloud& cloud)
   CloudColors colors(ColorComponents * cloud.InputIds.size());
   const int components = array->GetNumberOfComponents();
   const vtkIdType last = cloud.Size() - 1;
-  vtkSMPTools::For(0, cloud.Size(), [&](vtkIdType i, vtkIdType end) {
+  ParallelFor(0, cloud.Size(), [&](vtkIdType i, vtkIdType end) {
     for (; i < end; ++i)
     {
       const size_t next = static_cast<size_t>(std::min(i + ColorsAhead, last));
@@ -117,7 +117,7 @@ void WriteColors(const CloudColors& colors, const std::vector<int>& order, vtkPo
   {
     written->DeepCopy(old); // its opacities
   }
-  vtkSMPTools::For(0, count, [&](vtkIdType i, vtkIdType end) {
+  ParallelFor(0, count, [&](vtkIdType i, vtkIdType end) {
     for (; i < end; ++i)
     {
       const int next = order[static_cast<size_t>(std::min(i + ColorsAhead, count - 1))];

@@ -4,8 +4,9 @@
  */
 #pragma once
 
+#include "Filters/Common/ParallelFor.h"
+
 #include "vtkSMPThreadLocal.h"
-#include "vtkSMPTools.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -31,7 +32,7 @@ float ParallelMedian(vtkIdType count, const ValueOf& valueOf)
 {
   constexpr std::size_t bins = 1 << 15;
   vtkSMPThreadLocal<std::vector<vtkIdType>> parts{ std::vector<vtkIdType>(bins, 0) };
-  vtkSMPTools::For(0, count, [&](vtkIdType i, vtkIdType end) {
+  ParallelFor(0, count, [&](vtkIdType i, vtkIdType end) {
     std::vector<vtkIdType>& sizes = parts.Local();
     for (; i < end; ++i)
     {
@@ -64,7 +65,7 @@ float ParallelMedian(vtkIdType count, const ValueOf& valueOf)
     rank -= sizes[bin];
   }
   vtkSMPThreadLocal<std::vector<float>> found;
-  vtkSMPTools::For(0, count, [&](vtkIdType i, vtkIdType end) {
+  ParallelFor(0, count, [&](vtkIdType i, vtkIdType end) {
     std::vector<float>& mine = found.Local();
     for (; i < end; ++i)
     {

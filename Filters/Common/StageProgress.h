@@ -4,8 +4,9 @@
  */
 #pragma once
 
+#include "Filters/Common/ParallelFor.h"
+
 #include "vtkAlgorithm.h"
-#include "vtkSMPTools.h"
 #include "vtkVersionMacros.h"
 
 #include <algorithm>
@@ -61,7 +62,7 @@ bool ParallelFor(vtkIdType count, const StageProgress& progress, Body&& body)
   for (vtkIdType begin = 0; begin < count; begin += block)
   {
     const vtkIdType end = std::min(count, begin + block);
-    vtkSMPTools::For(begin, end, grain, body);
+    ParallelFor(begin, end, grain, body);
     if (!progress.Step(static_cast<double>(end) / static_cast<double>(count)))
     {
       return false;

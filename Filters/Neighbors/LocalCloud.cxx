@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Neighbors/LocalCloud.h"
+#include "Filters/Common/ParallelFor.h"
 
 #include "Filters/Neighbors/MortonGrid.h"
 
@@ -85,7 +86,7 @@ RawVector<KeyedPoint> SortByKey(const RawVector<float>& positions)
 {
   const MortonGrid grid(positions);
   RawVector<KeyedPoint> keyed(positions.size() / 3);
-  vtkSMPTools::For(0, static_cast<vtkIdType>(keyed.size()), [&](vtkIdType i, vtkIdType end) {
+  ParallelFor(0, static_cast<vtkIdType>(keyed.size()), [&](vtkIdType i, vtkIdType end) {
     for (; i < end; ++i)
     {
       keyed[i] = { grid.Key(positions.data() + 3 * i), static_cast<int>(i) };
@@ -111,7 +112,7 @@ RawVector<vtkIdType> FindUsable(vtkPoints* points, double lower[3], double upper
   const vtkIdType count = points->GetNumberOfPoints();
   RawVector<vtkIdType> ids(count); // first each piece's ids at the beginning of its range
   std::vector<Piece> pieces((count + size - 1) / size);
-  vtkSMPTools::For(0, static_cast<vtkIdType>(pieces.size()), 1, [&](vtkIdType p, vtkIdType last) {
+  ParallelFor(0, static_cast<vtkIdType>(pieces.size()), 1, [&](vtkIdType p, vtkIdType last) {
     for (; p < last; ++p)
     {
       Piece& piece = pieces[p];
@@ -180,7 +181,7 @@ void PlaceAbout(vtkPoints* points, const double inputOrigin[3], const double ori
 {
   const vtkIdType count = points->GetNumberOfPoints();
   positions.resize(3 * static_cast<size_t>(count));
-  vtkSMPTools::For(0, count, [&](vtkIdType begin, vtkIdType end) {
+  ParallelFor(0, count, [&](vtkIdType begin, vtkIdType end) {
     for (vtkIdType i = begin; i < end; ++i)
     {
       double p[3];
@@ -218,7 +219,7 @@ void GatherCloud(vtkPoints* points, const double inputOrigin[3], LocalCloud& clo
 
   // Duplicates are exact in the positions as stored.
   RawVector<float> positions(3 * ids.size());
-  vtkSMPTools::For(0, static_cast<vtkIdType>(ids.size()), [&](vtkIdType begin, vtkIdType end) {
+  ParallelFor(0, static_cast<vtkIdType>(ids.size()), [&](vtkIdType begin, vtkIdType end) {
     for (vtkIdType i = begin; i < end; ++i)
     {
       double p[3];
@@ -234,7 +235,7 @@ void GatherCloud(vtkPoints* points, const double inputOrigin[3], LocalCloud& clo
 
   cloud.InputIds.resize(order.size());
   cloud.Positions.resize(3 * order.size());
-  vtkSMPTools::For(0, static_cast<vtkIdType>(order.size()), [&](vtkIdType begin, vtkIdType end) {
+  ParallelFor(0, static_cast<vtkIdType>(order.size()), [&](vtkIdType begin, vtkIdType end) {
     for (vtkIdType i = begin; i < end; ++i)
     {
       const auto from = static_cast<size_t>(order[i].Index);
@@ -247,7 +248,7 @@ void GatherCloud(vtkPoints* points, const double inputOrigin[3], LocalCloud& clo
 std::vector<int> OrderOfInput(const LocalCloud& cloud, const std::vector<char>& kept)
 {
   std::vector<int> order(kept.size());
-  vtkSMPTools::For(0, cloud.Size(), [&](vtkIdType i, vtkIdType end) {
+  ParallelFor(0, cloud.Size(), [&](vtkIdType i, vtkIdType end) {
     for (; i < end; ++i)
     {
       order[cloud.InputIds[i]] = static_cast<int>(i);

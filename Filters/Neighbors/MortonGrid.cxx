@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Neighbors/MortonGrid.h"
-
-#include "vtkSMPTools.h"
+#include "Filters/Common/ParallelFor.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -47,7 +46,7 @@ MortonGrid::MortonGrid(const RawVector<float>& positions)
 {
   const auto count = static_cast<vtkIdType>(positions.size() / 3);
   std::vector<Box> boxes(static_cast<std::size_t>((count + PieceSize - 1) / PieceSize));
-  vtkSMPTools::For(0, static_cast<vtkIdType>(boxes.size()), 1, [&](vtkIdType p, vtkIdType end) {
+  ParallelFor(0, static_cast<vtkIdType>(boxes.size()), 1, [&](vtkIdType p, vtkIdType end) {
     for (; p < end; ++p)
     {
       const vtkIdType last = std::min(count, (p + 1) * PieceSize);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Neighbors/NeighborGraph.h"
+#include "Filters/Common/ParallelFor.h"
 
 #include "Filters/Neighbors/NeighborSearch.h"
 
@@ -174,7 +175,7 @@ bool SearchedCloud::FindNeighbors(const StageProgress& progress)
 void SearchedCloud::FindAround(
   const std::function<Vector3(int)>& placeOf, const std::function<double(int)>& limitOf)
 {
-  vtkSMPTools::For(0, this->Cloud.Size(), [&](vtkIdType begin, vtkIdType end) {
+  ParallelFor(0, this->Cloud.Size(), [&](vtkIdType begin, vtkIdType end) {
     Neighbors found;
     for (int i = static_cast<int>(begin); i < end; ++i)
     {
@@ -204,7 +205,7 @@ void SearchedCloud::Drop(const std::vector<unsigned char>& dropped)
   }
   const std::vector<int> broken = DropRows(ranks, this->Graph);
   this->Graph.Ids.resize(KeptNeighbors * static_cast<size_t>(this->Cloud.Size()));
-  vtkSMPTools::For(0, static_cast<vtkIdType>(broken.size()), [&](vtkIdType begin, vtkIdType end) {
+  ParallelFor(0, static_cast<vtkIdType>(broken.size()), [&](vtkIdType begin, vtkIdType end) {
     Neighbors neighbors;
     for (vtkIdType k = begin; k < end; ++k)
     {
@@ -217,7 +218,7 @@ void SearchedCloud::Drop(const std::vector<unsigned char>& dropped)
 RawVector<int> SurfelNeighbors::InputRanks() const
 {
   RawVector<int> ranks(this->Order.size());
-  vtkSMPTools::For(0, static_cast<vtkIdType>(ranks.size()), [&](vtkIdType id, vtkIdType end) {
+  ParallelFor(0, static_cast<vtkIdType>(ranks.size()), [&](vtkIdType id, vtkIdType end) {
     for (; id < end; ++id)
     {
       ranks[this->Order[id]] = static_cast<int>(id);

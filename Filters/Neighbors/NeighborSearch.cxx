@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Neighbors/NeighborSearch.h"
-
-#include "vtkSMPTools.h"
+#include "Filters/Common/ParallelFor.h"
 
 #include <flann/algorithms/dist.h>
 #include <flann/algorithms/kdtree_single_index.h>
@@ -208,7 +207,7 @@ NeighborSearch::NeighborSearch(const float* positions, int count)
   , Trees(count > 0 ? std::clamp(count / LeastPerTree, 1, MostTrees) : 0)
 {
   const auto trees = static_cast<vtkIdType>(this->Trees.size());
-  vtkSMPTools::For(0, trees, 1, [&](vtkIdType k, vtkIdType end) {
+  ParallelFor(0, trees, 1, [&](vtkIdType k, vtkIdType end) {
     for (; k < end; ++k)
     {
       Tree& tree = this->Trees[k];

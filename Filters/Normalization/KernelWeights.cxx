@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Normalization/KernelWeights.h"
+#include "Filters/Common/ParallelFor.h"
 
 #include "Filters/Neighbors/LocalCloud.h"
 #include "Filters/Normalization/SurfaceSamples.h"
@@ -41,7 +42,7 @@ public:
 
   void Clear()
   {
-    vtkSMPTools::For(0, static_cast<vtkIdType>(this->Count), [this](vtkIdType i, vtkIdType end) {
+    ParallelFor(0, static_cast<vtkIdType>(this->Count), [this](vtkIdType i, vtkIdType end) {
       for (; i < end; ++i)
       {
         this->Sums[i].store(0, std::memory_order_relaxed);
@@ -239,7 +240,7 @@ struct Sampling
   void ForBlocks(const RawVector<double>& areas, Visit&& visit) const
   {
     const auto count = static_cast<vtkIdType>(this->Surface.Blocks.size());
-    vtkSMPTools::For(0, count, 1, [&](vtkIdType b, vtkIdType last) {
+    ParallelFor(0, count, 1, [&](vtkIdType b, vtkIdType last) {
       BlockKernels kernels;
       for (; b < last; ++b)
       {
@@ -329,7 +330,7 @@ struct StepInput
 
 void Step(const StepInput& input, RawVector<double>& areas)
 {
-  vtkSMPTools::For(0, static_cast<vtkIdType>(areas.size()), [&](vtkIdType begin, vtkIdType end) {
+  ParallelFor(0, static_cast<vtkIdType>(areas.size()), [&](vtkIdType begin, vtkIdType end) {
     for (vtkIdType i = begin; i < end; ++i)
     {
       const double denominator = input.Denominators.Get(i);
@@ -428,7 +429,7 @@ void EndStep(const WeightSettings& settings, int step, const Sampling& samples, 
 void Assign(const RawVector<float>& values, RawVector<double>& to)
 {
   to.resize(values.size());
-  vtkSMPTools::For(0, static_cast<vtkIdType>(to.size()), [&](vtkIdType begin, vtkIdType end) {
+  ParallelFor(0, static_cast<vtkIdType>(to.size()), [&](vtkIdType begin, vtkIdType end) {
     std::copy(values.data() + begin, values.data() + end, to.data() + begin);
   });
 }

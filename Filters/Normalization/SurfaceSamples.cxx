@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Normalization/SurfaceSamples.h"
+#include "Filters/Common/ParallelFor.h"
 
 #include "Core/Simd/Multiversion.h"
 #include "Filters/Common/Hash.h"
@@ -465,7 +466,7 @@ bool MakeSamples(const WeightProblem& problem, const StageProgress& progress,
   for (vtkIdType first = 0; first < blockCount; first += stride)
   {
     const vtkIdType last = std::min(first + stride, blockCount);
-    vtkSMPTools::For(first, last, 1, [&](vtkIdType b, vtkIdType end) {
+    ParallelFor(first, last, 1, [&](vtkIdType b, vtkIdType end) {
       std::shared_ptr<Worker>& worker = workers.Local();
       if (!worker)
       {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Partition/CloudRegions.h"
-
-#include "vtkSMPTools.h"
+#include "Filters/Common/ParallelFor.h"
 
 #include <algorithm>
 #include <cmath>
@@ -181,7 +180,7 @@ std::vector<vtkIdType> FindInside(const std::vector<float>& positions, const Clo
   constexpr vtkIdType block = 1 << 20;
   const auto count = static_cast<vtkIdType>(positions.size() / 3);
   std::vector<std::vector<vtkIdType>> found((count + block - 1) / block);
-  vtkSMPTools::For(0, static_cast<vtkIdType>(found.size()), 1, [&](vtkIdType begin, vtkIdType end) {
+  ParallelFor(0, static_cast<vtkIdType>(found.size()), 1, [&](vtkIdType begin, vtkIdType end) {
     for (vtkIdType b = begin; b < end; ++b)
     {
       for (vtkIdType i = b * block; i < std::min(count, (b + 1) * block); ++i)

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Scanners/ScanOrder.h"
+#include "Filters/Common/ParallelFor.h"
 
 #include "Filters/Scanners/ScanPlaces.h"
 
 #include "vtkFloatArray.h"
 #include "vtkPoints.h"
-#include "vtkSMPTools.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -174,7 +174,7 @@ void WriteWays(vtkPoints* points, const std::vector<ScannedPoints>& scans, vtkFl
   ways->Fill(0.0);
   for (const ScannedPoints& scan : scans)
   {
-    vtkSMPTools::For(scan.Begin, scan.End, [&](vtkIdType i, vtkIdType end) {
+    ParallelFor(scan.Begin, scan.End, [&](vtkIdType i, vtkIdType end) {
       for (; i < end; ++i)
       {
         double p[3];

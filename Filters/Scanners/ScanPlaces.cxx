@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Scanners/ScanPlaces.h"
+#include "Filters/Common/ParallelFor.h"
 
 #include "Filters/Common/Hash.h"
 #include "Filters/Scanners/ScanPhase.h"
 
 #include <Eigen/Dense>
-
-#include "vtkSMPTools.h"
 
 #include <algorithm>
 #include <cmath>
@@ -362,14 +361,14 @@ bool TryPairs(
   const Windows& jumps, double size, int time, std::vector<Vector3d>& tried, Candidate& place)
 {
   std::vector<Candidate> candidates(PairsAtATime);
-  vtkSMPTools::For(0, PairsAtATime, 16, [&](vtkIdType begin, vtkIdType end) {
+  ParallelFor(0, PairsAtATime, 16, [&](vtkIdType begin, vtkIdType end) {
     for (vtkIdType i = begin; i < end; ++i)
     {
       candidates[i] = TryPair(jumps, size, static_cast<std::uint64_t>(time * PairsAtATime + i));
     }
   });
   std::vector<Candidate> best = BestOf(candidates, size, tried);
-  vtkSMPTools::For(0, static_cast<vtkIdType>(best.size()), 1, [&](vtkIdType begin, vtkIdType end) {
+  ParallelFor(0, static_cast<vtkIdType>(best.size()), 1, [&](vtkIdType begin, vtkIdType end) {
     for (vtkIdType i = begin; i < end; ++i)
     {
       best[i] = Judge(best[i].Place, jumps, size);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Scanners/ScanWindows.h"
+#include "Filters/Common/ParallelFor.h"
 
 #include "Filters/Common/Median.h"
 #include "Filters/Scanners/BeamOrder.h"
@@ -7,7 +8,6 @@
 #include <Eigen/Geometry>
 
 #include "vtkPoints.h"
-#include "vtkSMPTools.h"
 
 #include <algorithm>
 #include <cmath>
@@ -210,7 +210,7 @@ std::vector<ScanWindow> FindWindows(
   };
   for (const bool isFirst : { true, false })
   {
-    vtkSMPTools::For(0, parts, 1, [&](vtkIdType part, vtkIdType end) {
+    ParallelFor(0, parts, 1, [&](vtkIdType part, vtkIdType end) {
       for (; part < end; ++part)
       {
         if ((part % perProbe == 0) == isFirst)

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Volumes/GaussianOutput.h"
+#include "Filters/Common/ParallelFor.h"
 
 #include "Core/Surfels/SurfelArrays.h"
 #include "Filters/Arrays/InputArrays.h"
@@ -46,7 +47,7 @@ bool GaussianCollection::Collect(vtkIdType count, const SurfelGeometry::StagePro
   for (vtkIdType begin = 0; begin < count; begin += block)
   {
     const vtkIdType end = std::min(count, begin + block);
-    vtkSMPTools::For(begin, end, 1, [&](vtkIdType from, vtkIdType to) {
+    SurfelGeometry::ParallelFor(begin, end, 1, [&](vtkIdType from, vtkIdType to) {
       for (vtkIdType i = from; i < to; ++i)
       {
         fill(i, this->Parts[i]);
@@ -88,7 +89,7 @@ void GaussianCollection::Write(const double origin[3], vtkPolyData* output)
   auto colors = MakeArray<vtkUnsignedCharArray>("RGB", 3, count);
   auto normals = MakeArray<vtkFloatArray>(Arrays::GaussianNormal, 3, this->HasNormals ? count : 0);
   const auto parts = static_cast<vtkIdType>(this->Parts.size());
-  vtkSMPTools::For(0, parts, 1, [&](vtkIdType from, vtkIdType to) {
+  SurfelGeometry::ParallelFor(0, parts, 1, [&](vtkIdType from, vtkIdType to) {
     for (vtkIdType i = from; i < to; ++i)
     {
       vtkIdType id = begins[i];

@@ -1,13 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A cloud that does not fit is refused with what it needs and what would fit.
 #include "Filters/Common/AvailableMemory.h"
+#include "Filters/Common/StageProgress.h"
 #include "SurfelTesting.h"
 #include "vtkSurfelEstimation.h"
 
+#include <atomic>
+#include <chrono>
 #include <cstddef>
 #include <fstream>
 #include <limits>
 #include <memory>
+#include <new>
+#include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -30,6 +36,39 @@ TEST_CASE("Memory that points need")
   CHECK(said.find("100000000 points need about 37.3 GiB") == 0);
   CHECK(said.find("24 GiB are free") != std::string::npos);
   CHECK(said.find("to 64424509 points") != std::string::npos);
+}
+
+/// Out of a thread of VTK's it would end the process.
+TEST_CASE("Memory that a thread lacks")
+{
+  const std::thread::id caller = std::this_thread::get_id();
+  const auto fail = [caller](vtkIdType, vtkIdType) {
+    // The threads take pieces faster than the caller, which waits for one of them to fail.
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    if (std::this_thread::get_id() != caller)
+    {
+      throw std::bad_alloc();
+    }
+  };
+  for (const char* backend : { "STDThread", "TBB", "Sequential" })
+  {
+    if (!vtkSMPTools::SetBackend(backend))
+    {
+      continue;
+    }
+    vtkSMPTools::Initialize(4);
+    const bool isAlone = vtkSMPTools::GetEstimatedNumberOfThreads() == 1;
+    if (!isAlone && backend != std::string("Sequential"))
+    {
+      CHECK_THROWS_AS(SurfelGeometry::ParallelFor(0, 64, 1, fail), std::bad_alloc);
+      const SurfelGeometry::StageProgress silent(nullptr, 0.0, 1.0);
+      CHECK_THROWS_AS(SurfelGeometry::ParallelFor(1 << 18, silent, fail), std::bad_alloc);
+    }
+    std::atomic<vtkIdType> sum{ 0 };
+    SurfelGeometry::ParallelFor(
+      3, 1000, [&sum](vtkIdType begin, vtkIdType end) { sum += end - begin; });
+    CHECK(sum == 997);
+  }
 }
 
 #if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
