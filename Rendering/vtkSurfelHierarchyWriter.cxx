@@ -151,7 +151,8 @@ bool vtkSurfelHierarchyWriter::WriteFile(vtkPolyData* surfels)
       SurfelSplatting::WriteHierarchy(surfels, this->FileName, SurfelSplatting::SMPExecutor());
     if (invalid > 0)
     {
-      vtkWarningMacro(<< invalid << " surfels left out: their values are not finite.");
+      vtkWarningMacro(<< invalid << (invalid == 1 ? " surfel" : " surfels")
+                      << " left out: values are not finite.");
     }
     return true;
   }
