@@ -308,6 +308,7 @@ double vtkSurfelSplatter::FindMiddle(const SceneItems& items, const SceneView& v
   vtkSmartPointer<vtkSurfelSplatter>& small = this->Internal->Small;
   small = small ? small : vtkSmartPointer<vtkSurfelSplatter>::New();
   small->SetLensModeToPinhole();
+  small->SetLODError(2.0);                          // 0.4 of the time, for nearly the same distance
   SurfelSplatting::Ranks* ranks = this->GetRanks(); // which have no channels
   small->SetController(this->GetController());
   small->SetChannels(!ranks && SurfelSplatting::HaveVolume(items) ? CHANNEL_MEDIAN_DEPTH : 0);
