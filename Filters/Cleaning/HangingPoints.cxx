@@ -47,7 +47,6 @@ constexpr double SpacingsOfDistance = 1.5;
 /// sight; otherwise they are the few that came back from a dark thing. The plane is that of so many
 /// of them, no farther than these mean distances, if its variance is this part of the next one; the
 /// sine between it and the line of sight is at most 0.2, which their own scatter may make.
-constexpr int CurtainPoints = 13;
 constexpr int LeastCurtainPoints = 6;
 constexpr double CurtainReach = 3.0;
 constexpr double FlatCurtain = 0.05;
@@ -152,11 +151,6 @@ public:
   }
 
 private:
-  static bool IsThin(const PointSpread& spread)
-  {
-    return spread.Variances[0] < FlatCurtain * spread.Variances[1];
-  }
-
   Eigen::Vector3d Sight(int i) const { return SightOf(this->Searched.Cloud, i, this->ToScanner); }
 
   /// Whether there is something nearer to the scanner and something farther beside the line of
@@ -206,24 +200,9 @@ private:
     this->Searched.Tree->FindNearest(i, HaloNeighbors, neighbors);
     LoadNear(this->Searched.Cloud, i, neighbors, near);
     const Eigen::Vector3d variances = VariancesOf(near);
-    return variances[0] < ThickSet * variances[1] && !this->IsInSparseSheet(i, neighbors, near);
-  }
-
-  bool IsInSparseSheet(int i, const Neighbors& neighbors, NearCloud& near) const
-  {
-    const float least = AsSparse * this->Distances[i];
-    near.clear();
-    near.push_back(pcl::PointXYZ(0.0f, 0.0f, 0.0f));
-    for (size_t k = 0; k < neighbors.Ids.size() && near.size() < CurtainPoints; ++k)
-    {
-      const int j = neighbors.Ids[k];
-      if (this->Distances[j] > least)
-      {
-        const Eigen::Vector3f d = this->Between(i, j).cast<float>();
-        near.push_back(pcl::PointXYZ(d[0], d[1], d[2]));
-      }
-    }
-    return near.size() >= LeastCurtainPoints && IsThin(SpreadOf(near));
+    return variances[0] < ThickSet * variances[1] &&
+      !(LoadAsSparse(this->Searched.Cloud, i, this->Distances, neighbors, near) &&
+        IsThin(SpreadOf(near)));
   }
 
   /// Whether point i goes on with the plane about point j.
@@ -271,6 +250,29 @@ bool HasHalos(const CleaningProblem& problem, bool running, const HangingTest& t
     std::accumulate(inHalo.begin(), inHalo.end(), 0.0) >
     HaloShare * static_cast<double>(inHalo.size());
 }
+}
+
+bool IsThin(const PointSpread& spread)
+{
+  return spread.Variances[0] < FlatCurtain * spread.Variances[1];
+}
+
+bool LoadAsSparse(const LocalCloud& cloud, int i, const std::vector<float>& distances,
+  const Neighbors& neighbors, NearCloud& near)
+{
+  const float *p = cloud.Position(i), least = AsSparse * distances[i];
+  near.clear();
+  near.push_back(pcl::PointXYZ(0.0f, 0.0f, 0.0f));
+  for (size_t k = 0; k < neighbors.Ids.size() && near.size() < CurtainPoints; ++k)
+  {
+    const int j = neighbors.Ids[k];
+    if (distances[j] > least)
+    {
+      const float* q = cloud.Position(j);
+      near.push_back(pcl::PointXYZ(q[0] - p[0], q[1] - p[1], q[2] - p[2]));
+    }
+  }
+  return near.size() >= LeastCurtainPoints;
 }
 
 bool IsCurtain(const LocalCloud& cloud, int i, const std::vector<int>& sparse,

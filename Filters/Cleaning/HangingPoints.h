@@ -19,6 +19,7 @@
  */
 #pragma once
 
+#include "Filters/Cleaning/PointSpread.h"
 #include "Filters/Common/StageProgress.h"
 
 #include <vector>
@@ -29,7 +30,6 @@ namespace SurfelGeometry
 {
 struct CleaningProblem;
 struct LocalCloud;
-struct PointSpread;
 
 /// Whether the plane about a point contains the line of sight, and only its own scanner has seen
 /// it: a roof seen at a grazing angle is sparse, too. False if the scanner is not known.
@@ -37,6 +37,19 @@ struct PointSpread;
 /// @param spread of all of them
 bool IsCurtain(const LocalCloud& cloud, int i, const std::vector<int>& sparse,
   vtkDataArray* toScanner, const PointSpread& spread);
+
+/// Points that tell whether some are in one plane.
+constexpr int CurtainPoints = 13;
+
+/// Whether points are in one plane.
+bool IsThin(const PointSpread& spread);
+
+/// Loads a point and those of its neighbours that are as sparse, relative to it, up to
+/// CurtainPoints. Returns false if they are too few to tell a plane.
+/// @param distances [n] mean distance to the nearest StrayNeighbors points, world units
+/// @param neighbors the nearest first
+bool LoadAsSparse(const LocalCloud& cloud, int i, const std::vector<float>& distances,
+  const Neighbors& neighbors, NearCloud& near);
 
 /// Collective, if several processes clean the cloud.
 /// @param distances [n] mean distance to the nearest StrayNeighbors points, world units

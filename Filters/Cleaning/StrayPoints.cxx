@@ -36,9 +36,19 @@ constexpr size_t LeastApart = 3;
 /// of wires and at corners it is up to 2, with the scatter of random samples up to 2.8.
 constexpr double LocalFactor = 3.0;
 
+/// Or that to the nearest few: a wire has 16 points within eight spacings, and four within two.
+/// With the scatter of random samples it is up to 3.4.
+constexpr int FewNeighbors = 4;
+constexpr double FewFactor = 3.5;
+
 /// Up to this factor it is kept if it is in the plane of its neighbours, since it may be where a
 /// sparse part of a surface meets one with 100 times its density.
 constexpr double BorderFactor = 10.0;
+
+/// Points that are as sparse are sought so many mean distances about it, which are 4.5 spacings of
+/// a surface, among so many points: half of them are 100 times as dense.
+constexpr double BorderReach = 3.0;
+constexpr int BorderNeighbors = 4096;
 
 /// A point beside a plane of neighbours is stray if it is this many of their standard deviations
 /// away, and this many spacings: noise goes less far, and so do edges, whose neighbours are not in
@@ -85,6 +95,19 @@ bool IsOffPlane(const PointSpread& spread, int neighbors)
     squared > 0.5 * spread.Mean.squaredNorm();
 }
 
+/// Of the points but for the one, not the first, that is farthest off their plane: it may be
+/// stray. Changes `near`.
+PointSpread SpreadWithoutFarthest(const PointSpread& spread, NearCloud& near)
+{
+  const Eigen::Vector3d normal = spread.Axes.col(0);
+  const auto height = [&](const pcl::PointXYZ& p) {
+    return std::abs((p.getVector3fMap().cast<double>() - spread.Mean).dot(normal));
+  };
+  near.erase(std::max_element(near.begin() + 1, near.end(),
+    [&](const pcl::PointXYZ& a, const pcl::PointXYZ& b) { return height(a) < height(b); }));
+  return SpreadOf(near);
+}
+
 /// Whether hardly any other points are off the plane by at least half as much as point 0.
 bool IsAloneOffPlane(const PointSpread& plane, const NearCloud& near)
 {
@@ -112,15 +135,24 @@ bool MayBeOffPlane(const NearCloud& near)
   return 3.0 * squared * squared > least * least * invariant;
 }
 
-double MeanDistance(const Neighbors& neighbors)
+/// Mean distance to the neighbours, and to the nearest few.
+struct MeanDistances
 {
-  double sum = 0.0;
-  for (const float squared : neighbors.SquaredDistances)
+  double All = 0.0, Few = 0.0;
+
+  /// @param neighbors the nearest first
+  explicit MeanDistances(const Neighbors& neighbors)
   {
-    sum += std::sqrt(squared);
+    const int count = neighbors.Count(), few = std::min(count, FewNeighbors);
+    double sum = 0.0;
+    for (int k = 0; k < count; ++k)
+    {
+      sum += std::sqrt(neighbors.SquaredDistances[k]);
+      this->Few = k + 1 == few ? sum / few : this->Few;
+    }
+    this->All = count > 0 ? sum / count : 0.0;
   }
-  return neighbors.Count() > 0 ? sum / neighbors.Count() : 0.0;
-}
+};
 
 /// Whether a point and some of its neighbours are near each other, and far from the others: these
 /// make their set look flat, whatever it is. On surfaces the distances of neighbours grow as the
@@ -262,6 +294,14 @@ private:
   std::unique_ptr<NeighborSearch> Tree;
 };
 
+/// What is found of a point that is beside its neighbours.
+enum Verdict : unsigned char
+{
+  Stays,
+  Stray,
+  NearStray // it is so near to a surface that it may be in a halo as well
+};
+
 class StrayTest
 {
 public:
@@ -270,6 +310,7 @@ public:
     , Searched(problem.Searched)
     , Cloud(problem.Cloud())
     , Distances(problem.Cloud().Size())
+    , FewDistances(problem.Cloud().Size())
     , MayBeOff(problem.Cloud().Size())
   {
   }
@@ -283,7 +324,9 @@ public:
       {
         this->Searched.Find(i, StrayNeighbors, neighbors);
         LoadNear(this->Cloud, i, neighbors, near);
-        this->Distances[i] = static_cast<float>(MeanDistance(neighbors));
+        const MeanDistances means(neighbors);
+        this->Distances[i] = static_cast<float>(means.All);
+        this->FewDistances[i] = static_cast<float>(means.Few);
         this->MayBeOff[i] = MayBeOffPlane(near) ? 1 : 0;
       }
     });
@@ -357,7 +400,7 @@ public:
         if (this->MayBeOff[i] || this->MayBeFar(i, sparse, ids))
         {
           this->Searched.Find(i, StrayNeighbors, neighbors);
-          stray[i] = this->IsStray(i, sparse, neighbors, near) ? 1 : 0;
+          stray[i] = this->Judge(i, sparse, neighbors, near);
         }
       }
     });
@@ -411,11 +454,28 @@ private:
   {
     const auto telling = std::count_if(ids, ids + StrayNeighbors,
       [&](int j) { return sparse[j] || LocalFactor * this->Distances[j] < this->Distances[i]; });
-    return telling > StrayNeighbors / 2;
+    return telling > StrayNeighbors / 2 || this->MayBeFarFromFew(i, ids);
+  }
+
+  /// The nearest neighbour alone says no for most points.
+  bool MayBeFarFromFew(int i, const int* ids) const
+  {
+    const float least = this->FewDistances[i] / static_cast<float>(FewFactor);
+    const auto isNearer = [&](int j) { return this->FewDistances[j] < least; };
+    return this->FewDistances[ids[0]] < 2.0f * least &&
+      std::count_if(ids, ids + StrayNeighbors, isNearer) >= StrayNeighbors / 2;
+  }
+
+  /// Median of the neighbours' distances. Changes the order of `ids`.
+  static double UsualOf(const std::vector<float>& distances, std::vector<int>& ids)
+  {
+    const auto less = [&distances](int a, int b) { return distances[a] < distances[b]; };
+    std::nth_element(ids.begin(), ids.begin() + ids.size() / 2, ids.end(), less);
+    return distances[ids[ids.size() / 2]];
   }
 
   /// Changes `neighbors` and `near`.
-  bool IsStray(
+  Verdict Judge(
     int i, const std::vector<unsigned char>& sparse, Neighbors& neighbors, NearCloud& near) const
   {
     LoadNear(this->Cloud, i, neighbors, near);
@@ -426,41 +486,66 @@ private:
       LoadNear(this->Cloud, i, neighbors, near);
       if (IsAloneOffPlane(spread, near))
       {
-        return true;
+        return Stray;
       }
       neighbors.Ids.resize(StrayNeighbors);
     }
     else if (!IsBeside(spread) && !FillsSpaceAround(spread.Variances) &&
       this->Distances[i] <= this->Sparse)
     {
-      return false;
+      return Stays;
     }
     std::vector<int>& ids = neighbors.Ids;
     const size_t count = ids.size();
-    ids.erase(
-      std::remove_if(ids.begin(), ids.end(), [&](int j) { return sparse[j] != 0; }), ids.end());
+    Remove(sparse, ids);
     if (2 * ids.size() < count)
     {
-      return true;
+      return Stray;
     }
-    const auto less = [this](int a, int b) { return this->Distances[a] < this->Distances[b]; };
-    std::nth_element(ids.begin(), ids.begin() + ids.size() / 2, ids.end(), less);
-    const double usual = this->Distances[ids[ids.size() / 2]];
-    if (this->Distances[i] <= LocalFactor * usual)
+    const double few = UsualOf(this->FewDistances, ids), usual = UsualOf(this->Distances, ids);
+    const bool isFar = this->Distances[i] > LocalFactor * usual;
+    if (!isFar && this->FewDistances[i] <= FewFactor * few)
+    {
+      return Stays;
+    }
+    // Without other stray points the neighbours show their surface.
+    const auto isSparse = [&](int j) { return this->Distances[j] > 2.0 * usual; };
+    ids.erase(std::remove_if(ids.begin(), ids.end(), isSparse), ids.end());
+    LoadNear(this->Cloud, i, neighbors, near);
+    const bool isOutside = this->Distances[i] > BorderFactor * usual || LeavesPlane(SpreadOf(near));
+    return isOutside && isFar                                      ? Stray
+      : isOutside || !this->IsOnBorder(i, sparse, neighbors, near) ? NearStray
+                                                                   : Stays;
+  }
+
+  static void Remove(const std::vector<unsigned char>& sparse, std::vector<int>& ids)
+  {
+    ids.erase(
+      std::remove_if(ids.begin(), ids.end(), [&](int j) { return sparse[j] != 0; }), ids.end());
+  }
+
+  /// Whether a point beside much denser ones has others about it that are as sparse, in one plane
+  /// with it: a surface goes on there, with fewer points. Changes `neighbors` and `near`.
+  bool IsOnBorder(
+    int i, const std::vector<unsigned char>& sparse, Neighbors& neighbors, NearCloud& near) const
+  {
+    this->Searched.Tree->FindWithin(
+      i, BorderReach * this->Distances[i], BorderNeighbors, neighbors);
+    Remove(sparse, neighbors.Ids);
+    if (!LoadAsSparse(this->Cloud, i, this->Distances, neighbors, near))
     {
       return false;
     }
-    // Without other stray points the neighbours show their surface.
-    const auto isFar = [&](int j) { return this->Distances[j] > 2.0 * usual; };
-    ids.erase(std::remove_if(ids.begin(), ids.end(), isFar), ids.end());
-    LoadNear(this->Cloud, i, neighbors, near);
-    return this->Distances[i] > BorderFactor * usual || LeavesPlane(SpreadOf(near));
+    const PointSpread spread = SpreadOf(near);
+    return IsThin(spread) ||
+      (near.size() == CurtainPoints && IsThin(SpreadWithoutFarthest(spread, near)));
   }
 
   const CleaningProblem& Problem;
   const SearchedCloud& Searched;
   const LocalCloud& Cloud;
   std::vector<float> Distances;        // [n] mean distance to the neighbours, world units
+  std::vector<float> FewDistances;     // [n] that to FewNeighbors of them
   std::vector<unsigned char> MayBeOff; // [n] 1: the point may be off the plane of its neighbours
   double Sparse = 0.0;                 // world units
 };
@@ -482,6 +567,12 @@ bool FindStrayPoints(const CleaningProblem& problem, vtkDataArray* toScanner,
   }
   const std::vector<unsigned char> sparse = stray;
   running = test.FindBeside(progress.Part(0.8, 0.9), sparse, stray);
-  return test.FindHanging(running, toScanner, progress.Part(0.9, 1.0), stray);
+  std::vector<unsigned char> hanging(stray.size());
+  std::transform(stray.begin(), stray.end(), hanging.begin(),
+    [](unsigned char verdict) { return verdict == Stray ? 1 : 0; });
+  running = test.FindHanging(running, toScanner, progress.Part(0.9, 1.0), hanging);
+  std::transform(stray.begin(), stray.end(), hanging.begin(), stray.begin(),
+    [](unsigned char verdict, unsigned char hangs) { return verdict != Stays || hangs ? 1 : 0; });
+  return running;
 }
 }

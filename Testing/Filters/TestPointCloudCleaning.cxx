@@ -133,56 +133,6 @@ TEST_CASE("Stray points")
   }
 }
 
-/// Nine points that are near each other, but sparse, and far from the rest: with seven points of
-/// the rest their sets look flat. A sparse patch of as many points as a set has, and more, stays.
-TEST_CASE("A few points far off")
-{
-  const Sampled wall =
-    MakeRectangle({ 0, 0, 0 }, { 1, 0, 0 }, 2, { 0, 1, 0 }, 2, 0.01, 0.4, Random(3));
-  for (const bool patch : { false, true })
-  {
-    std::vector<Vec> points = wall.Points;
-    Random random(6);
-    for (int i = 0; i < (patch ? 36 : 9); ++i)
-    {
-      const double x = random(), y = random(), z = random();
-      points.push_back(patch ? Vec{ 0.7 + 0.1 * (i % 6), 0.7 + 0.1 * (i / 6), 1.0 }
-                             : Vec{ 0.9 + 0.3 * x, 0.9 + 0.3 * y, 1.0 + 0.3 * z });
-    }
-    vtkNew<vtkPointCloudCleaning> cleaning;
-    const auto data = ToPolyData(points);
-    cleaning->SetInputData(data);
-    cleaning->Update();
-    CAPTURE(patch);
-    CHECK(cleaning->GetNumberOfStrayPoints() == (patch ? 0 : 9));
-  }
-}
-
-/// A scan whose spacing grows with the distance: near ground with most of the points, and far
-/// ground with foliage on it, whose points fill space.
-TEST_CASE("Far foliage")
-{
-  Random random(7);
-  std::vector<Vec> points =
-    MakeRectangle({ 0, 0, 0 }, { 1, 0, 0 }, 2, { 0, 1, 0 }, 4, 0.01, 0.4, Random(3)).Points;
-  const double spacing = 0.1;
-  const Sampled ground =
-    MakeRectangle({ 5, 0, 0 }, { 1, 0, 0 }, 6, { 0, 1, 0 }, 6, spacing, 0.4, Random(4));
-  points.insert(points.end(), ground.Points.begin(), ground.Points.end());
-  // As many points per area as the ground has, spread over 12 spacings.
-  for (size_t i = 0; i < ground.Points.size(); ++i)
-  {
-    const double x = random(), y = random(), z = random();
-    points.push_back({ 5 + 6 * x, 6 * y, 12 * spacing * z });
-  }
-  vtkNew<vtkPointCloudCleaning> cleaning;
-  const auto data = ToPolyData(points);
-  cleaning->SetInputData(data);
-  cleaning->Update();
-  // Chance leaves some at the border of the foliage alone.
-  CHECK(cleaning->GetNumberOfStrayPoints() <= 0.02 * ground.Points.size());
-}
-
 /// Points of the unit sphere with Gaussian noise of this many spacings (Box and Muller).
 std::vector<Vec> NoisySphere(int count, double share)
 {

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Stray points beside wires and far off are removed; sparse patches and far foliage stay.
+#include "CleaningTesting.h"
+
+#include "vtkPointCloudCleaning.h"
+
+#include <cmath>
+
+using namespace SurfelTesting;
+
+/// Sixteen points of a wire reach eight spacings far: a stray point that is as far beside it is
+/// found by the nearest few alone.
+TEST_CASE("Stray points beside wires")
+{
+  constexpr double spacing = 0.01;
+  constexpr int wires = 20, perWire = 200;
+  Random random(11);
+  std::vector<Vec> points;
+  for (int k = 0; k < wires * perWire; ++k)
+  {
+    const double along = k % perWire + 0.4 * random(), beside = 60.0 * (k / perWire);
+    points.push_back({ spacing * along, spacing * (beside + random()), spacing * random() });
+  }
+  const size_t good = points.size();
+  for (int k = 0; k < wires * 4; ++k)
+  {
+    const double angle = 2.0 * Pi * random(), distance = 6.0 + 5.0 * random();
+    const double along = 25.0 + 50.0 * (k % 4), beside = 60.0 * (k / 4);
+    points.push_back({ spacing * along, spacing * (beside + distance * std::cos(angle)),
+      spacing * distance * std::sin(angle) });
+  }
+  vtkNew<vtkPointCloudCleaning> cleaning;
+  const Messages quiet(cleaning);
+  const auto data = ToPolyData(points);
+  AddIds(data);
+  cleaning->GenerateStrayPointsOn();
+  cleaning->SetInputData(data);
+  cleaning->Update();
+  vtkDataArray* stray = cleaning->GetOutput(1)->GetPointData()->GetArray("Id");
+  REQUIRE(stray);
+  for (vtkIdType i = 0; i < stray->GetNumberOfTuples(); ++i)
+  {
+    CHECK(stray->GetComponent(i, 0) >= good);
+  }
+  CHECK(stray->GetNumberOfTuples() > 0.97 * (points.size() - good));
+}
+
+/// Nine points that are near each other, but sparse, and far from the rest: with seven points of
+/// the rest their sets look flat. A sparse patch of as many points as a set has, and more, stays.
+TEST_CASE("A few points far off")
+{
+  const Sampled wall =
+    MakeRectangle({ 0, 0, 0 }, { 1, 0, 0 }, 2, { 0, 1, 0 }, 2, 0.01, 0.4, Random(3));
+  for (const bool patch : { false, true })
+  {
+    std::vector<Vec> points = wall.Points;
+    Random random(6);
+    for (int i = 0; i < (patch ? 36 : 9); ++i)
+    {
+      const double x = random(), y = random(), z = random();
+      points.push_back(patch ? Vec{ 0.7 + 0.1 * (i % 6), 0.7 + 0.1 * (i / 6), 1.0 }
+                             : Vec{ 0.9 + 0.3 * x, 0.9 + 0.3 * y, 1.0 + 0.3 * z });
+    }
+    vtkNew<vtkPointCloudCleaning> cleaning;
+    const auto data = ToPolyData(points);
+    cleaning->SetInputData(data);
+    cleaning->Update();
+    CAPTURE(patch);
+    CHECK(cleaning->GetNumberOfStrayPoints() == (patch ? 0 : 9));
+  }
+}
+
+/// A scan whose spacing grows with the distance: near ground with most of the points, and far
+/// ground with foliage on it, whose points fill space.
+TEST_CASE("Far foliage")
+{
+  Random random(7);
+  std::vector<Vec> points =
+    MakeRectangle({ 0, 0, 0 }, { 1, 0, 0 }, 2, { 0, 1, 0 }, 4, 0.01, 0.4, Random(3)).Points;
+  const double spacing = 0.1;
+  const Sampled ground =
+    MakeRectangle({ 5, 0, 0 }, { 1, 0, 0 }, 6, { 0, 1, 0 }, 6, spacing, 0.4, Random(4));
+  points.insert(points.end(), ground.Points.begin(), ground.Points.end());
+  // As many points per area as the ground has, spread over 12 spacings.
+  for (size_t i = 0; i < ground.Points.size(); ++i)
+  {
+    const double x = random(), y = random(), z = random();
+    points.push_back({ 5 + 6 * x, 6 * y, 12 * spacing * z });
+  }
+  vtkNew<vtkPointCloudCleaning> cleaning;
+  const auto data = ToPolyData(points);
+  cleaning->SetInputData(data);
+  cleaning->Update();
+  // Chance leaves some at the border of the foliage alone.
+  CHECK(cleaning->GetNumberOfStrayPoints() <= 0.02 * ground.Points.size());
+}
