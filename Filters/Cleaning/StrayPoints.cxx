@@ -188,7 +188,8 @@ public:
   {
   }
 
-  /// Chance makes single sets of stray points flat, but not those of most neighbours too.
+  /// Chance makes single sets of stray points flat, but not those of most neighbours too. The set of
+  /// one that is beside a surface is flat as well.
   bool IsOnSurface(int i)
   {
     if (!this->IsFlat(i))
@@ -200,7 +201,9 @@ public:
     const std::vector<int>& ids = neighbors.Ids;
     const auto flat =
       std::count_if(ids.begin(), ids.end(), [this](int j) { return this->IsFlat(j); });
-    return 2 * flat > static_cast<std::ptrdiff_t>(ids.size());
+    NearCloud near;
+    LoadNear(this->Searched.Cloud, i, neighbors, near);
+    return 2 * flat > static_cast<std::ptrdiff_t>(ids.size()) && !IsBeside(SpreadOf(near));
   }
 
 private:

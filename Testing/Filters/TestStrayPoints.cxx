@@ -45,6 +45,27 @@ TEST_CASE("Stray points beside wires")
   CHECK(stray->GetNumberOfTuples() > 0.97 * (points.size() - good));
 }
 
+/// A floor, and many stray points in the void over it. Those that are a little over the floor have
+/// nothing but points of it about them: such a set is flat, but they tell nothing of a surface.
+TEST_CASE("Stray points in a void")
+{
+  std::vector<Vec> points =
+    MakeRectangle({ 0, 0, 0 }, { 1, 0, 0 }, 2, { 0, 1, 0 }, 2, 0.008, 0.4, Random(3)).Points;
+  const size_t good = points.size();
+  Random random(12);
+  for (size_t i = 0; i < good / 16; ++i)
+  {
+    const double x = 2.0 * random(), y = 2.0 * random(), z = random();
+    points.push_back({ x, y, 0.05 + 1.5 * z });
+  }
+  vtkNew<vtkPointCloudCleaning> cleaning;
+  const Messages quiet(cleaning);
+  cleaning->SetInputData(ToPolyData(points));
+  cleaning->Update();
+  CAPTURE(good);
+  CHECK(cleaning->GetNumberOfStrayPoints() == static_cast<vtkIdType>(points.size() - good));
+}
+
 /// Nine points that are near each other, but sparse, and far from the rest: with seven points of
 /// the rest their sets look flat. A sparse patch of as many points as a set has, and more, stays.
 TEST_CASE("A few points far off")
