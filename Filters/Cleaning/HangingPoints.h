@@ -46,7 +46,7 @@ bool IsThin(const PointSpread& spread);
 
 /// Loads a point and those of its neighbours that are as sparse, relative to it, up to
 /// CurtainPoints. Returns false if they are too few to tell a plane.
-/// @param distances [n] mean distance to the nearest StrayNeighbors points, world units
+/// @param distances [n] mean distance to the nearest points, as many for each, world units
 /// @param neighbors the nearest first
 bool LoadAsSparse(const LocalCloud& cloud, int i, const std::vector<float>& distances,
   const Neighbors& neighbors, NearCloud& near);

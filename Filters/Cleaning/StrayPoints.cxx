@@ -188,8 +188,8 @@ public:
   {
   }
 
-  /// Chance makes single sets of stray points flat, but not those of most neighbours too. The set of
-  /// one that is beside a surface is flat as well.
+  /// Chance makes single sets of stray points flat, but not those of most neighbours too. The set
+  /// of one that is beside a surface is flat as well.
   bool IsOnSurface(int i)
   {
     if (!this->IsFlat(i))
@@ -516,9 +516,9 @@ private:
     ids.erase(std::remove_if(ids.begin(), ids.end(), isSparse), ids.end());
     LoadNear(this->Cloud, i, neighbors, near);
     const bool isOutside = this->Distances[i] > BorderFactor * usual || LeavesPlane(SpreadOf(near));
-    return isOutside && isFar                                      ? Stray
-      : isOutside || !this->IsOnBorder(i, sparse, neighbors, near) ? NearStray
-                                                                   : Stays;
+    return isOutside && isFar                         ? Stray
+      : !this->IsOnBorder(i, sparse, neighbors, near) ? NearStray
+                                                      : Stays;
   }
 
   static void Remove(const std::vector<unsigned char>& sparse, std::vector<int>& ids)
@@ -535,7 +535,7 @@ private:
     this->Searched.Tree->FindWithin(
       i, BorderReach * this->Distances[i], BorderNeighbors, neighbors);
     Remove(sparse, neighbors.Ids);
-    if (!LoadAsSparse(this->Cloud, i, this->Distances, neighbors, near))
+    if (!LoadAsSparse(this->Cloud, i, this->FewDistances, neighbors, near))
     {
       return false;
     }

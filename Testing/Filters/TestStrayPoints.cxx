@@ -66,6 +66,28 @@ TEST_CASE("Stray points in a void")
   CHECK(cleaning->GetNumberOfStrayPoints() == static_cast<vtkIdType>(points.size() - good));
 }
 
+/// Wires that stand on a much sparser floor: the nearest few neighbours of points of the floor
+/// beside a wire are on the wire.
+TEST_CASE("Dense wires on a sparse floor")
+{
+  constexpr int side = 6, perWire = 100;
+  std::vector<Vec> points =
+    MakeRectangle({ 0, 0, 0 }, { 1, 0, 0 }, 3, { 0, 1, 0 }, 3, 0.02, 0.4, Random(4)).Points;
+  const size_t onFloor = points.size();
+  for (int k = 0; k < side * side * perWire; ++k)
+  {
+    const int wire = k / perWire;
+    points.push_back(
+      { 0.25 + 0.5 * (wire % side), 0.25 + 0.5 * (wire / side), 0.002 * (1 + k % perWire) });
+  }
+  vtkNew<vtkPointCloudCleaning> cleaning;
+  const Messages quiet(cleaning);
+  cleaning->SetInputData(ToPolyData(points));
+  cleaning->Update();
+  CAPTURE(onFloor);
+  CHECK(cleaning->GetNumberOfStrayPoints() == 0);
+}
+
 /// Nine points that are near each other, but sparse, and far from the rest: with seven points of
 /// the rest their sets look flat. A sparse patch of as many points as a set has, and more, stays.
 TEST_CASE("A few points far off")
