@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Cleaning/DepthSteps.h"
+#include "Filters/Common/ParallelFor.h"
 
 #include "vtkPoints.h"
 
@@ -80,7 +81,7 @@ public:
     std::vector<double> next(this->Smoothed);
     for (int k = 0; k < Iterations; ++k)
     {
-      vtkSMPTools::For(0, this->Rows, 16, [&](vtkIdType begin, vtkIdType end) {
+      ParallelFor(0, this->Rows, 16, [&](vtkIdType begin, vtkIdType end) {
         for (int y = static_cast<int>(begin); y < end; ++y)
         {
           this->SmoothRow(y, step, next);

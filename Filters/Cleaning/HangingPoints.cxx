@@ -4,6 +4,7 @@
 #include "Filters/Cleaning/CleaningProblem.h"
 #include "Filters/Cleaning/LocalQuadric.h"
 #include "Filters/Cleaning/PointSpread.h"
+#include "Filters/Common/ParallelFor.h"
 #include "Filters/Neighbors/NeighborGraph.h"
 #include "Filters/Neighbors/NeighborSearch.h"
 
@@ -236,7 +237,7 @@ bool HasHalos(const CleaningProblem& problem, bool running, const HangingTest& t
   const double total = std::max(HaloSamples, static_cast<double>(problem.Total()));
   const std::vector<int> samples = problem.Samples(HaloSamples / total);
   std::vector<float> inHalo(samples.size());
-  vtkSMPTools::For(0, static_cast<vtkIdType>(samples.size()), [&](vtkIdType k, vtkIdType end) {
+  ParallelFor(0, static_cast<vtkIdType>(samples.size()), [&](vtkIdType k, vtkIdType end) {
     Neighbors neighbors;
     NearCloud near;
     for (; k < end; ++k)

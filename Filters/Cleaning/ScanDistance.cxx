@@ -3,9 +3,8 @@
 
 #include "Filters/Cleaning/CleaningProblem.h"
 #include "Filters/Cleaning/LocalQuadric.h"
+#include "Filters/Common/ParallelFor.h"
 #include "Filters/Neighbors/NeighborSearch.h"
-
-#include "vtkSMPTools.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -129,7 +128,7 @@ ScanFits::ScanFits(const CleaningProblem& problem, const SampledColors& colors,
   }
   this->Fits.resize(wanted.size());
   std::vector<char> valid(wanted.size(), 0);
-  vtkSMPTools::For(0, static_cast<vtkIdType>(wanted.size()), [&](vtkIdType k, vtkIdType end) {
+  ParallelFor(0, static_cast<vtkIdType>(wanted.size()), [&](vtkIdType k, vtkIdType end) {
     Neighbors neighbors;
     for (; k < end; ++k)
     {
@@ -153,7 +152,7 @@ bool ScanFits::Measure(
   bool running, const ScanMotion& motion, std::vector<ScanDistance>& distances) const
 {
   distances.resize(this->Fits.size());
-  vtkSMPTools::For(0, static_cast<vtkIdType>(distances.size()), [&](vtkIdType k, vtkIdType end) {
+  ParallelFor(0, static_cast<vtkIdType>(distances.size()), [&](vtkIdType k, vtkIdType end) {
     for (; k < end; ++k)
     {
       distances[k] = this->Fits[k].From(motion);

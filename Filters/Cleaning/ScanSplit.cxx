@@ -4,9 +4,8 @@
 #include "Filters/Cleaning/CleaningProblem.h"
 #include "Filters/Cleaning/LocalQuadric.h"
 #include "Filters/Common/Median.h"
+#include "Filters/Common/ParallelFor.h"
 #include "Filters/Neighbors/NeighborSearch.h"
-
-#include "vtkSMPTools.h"
 
 #include <algorithm>
 #include <cmath>
@@ -147,7 +146,7 @@ bool SplitEvidence::Gather(const CleaningProblem& problem, const SplitSearch& se
 {
   std::vector<float> contrasts(samples.size());
   std::vector<std::vector<SplitChange>> changes(samples.size());
-  vtkSMPTools::For(0, static_cast<vtkIdType>(samples.size()), [&](vtkIdType k, vtkIdType end) {
+  ParallelFor(0, static_cast<vtkIdType>(samples.size()), [&](vtkIdType k, vtkIdType end) {
     SplitScratch scratch;
     for (; k < end; ++k)
     {

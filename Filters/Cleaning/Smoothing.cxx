@@ -6,6 +6,7 @@
 #include "Filters/Cleaning/FoldFit.h"
 #include "Filters/Cleaning/LocalQuadric.h"
 #include "Filters/Common/Median.h"
+#include "Filters/Common/ParallelFor.h"
 #include "Filters/Neighbors/MortonGrid.h"
 #include "Filters/Neighbors/NeighborSearch.h"
 
@@ -264,7 +265,7 @@ public:
     const double share = std::max(SamplesPerPart / total, 1.0 * SamplesPerPart / PartSize);
     const std::vector<int> samples = this->Problem.Samples(share);
     std::vector<SampleFit> fits(samples.size());
-    vtkSMPTools::For(0, static_cast<vtkIdType>(samples.size()), [&](vtkIdType k, vtkIdType end) {
+    ParallelFor(0, static_cast<vtkIdType>(samples.size()), [&](vtkIdType k, vtkIdType end) {
       PointFit fit;
       for (; k < end; ++k)
       {
@@ -285,7 +286,7 @@ public:
   vtkIdType CountThick(const NoiseMap& map) const
   {
     std::atomic<vtkIdType> count{ 0 };
-    vtkSMPTools::For(0, this->Cloud.Size(), [&](vtkIdType begin, vtkIdType end) {
+    ParallelFor(0, this->Cloud.Size(), [&](vtkIdType begin, vtkIdType end) {
       vtkIdType thick = 0;
       for (int i = static_cast<int>(begin); i < end; ++i)
       {

@@ -5,6 +5,7 @@
 #include "Filters/Cleaning/HangingPoints.h"
 #include "Filters/Cleaning/PointSpread.h"
 #include "Filters/Common/Median.h"
+#include "Filters/Common/ParallelFor.h"
 #include "Filters/Common/VectorMath.h"
 #include "Filters/Neighbors/NeighborSearch.h"
 
@@ -245,7 +246,7 @@ public:
     const std::vector<int> samples = problem.Samples(ShareOf(SurfaceSamples, problem));
     std::vector<char> areOnSurface(samples.size());
     FlatPoints flat(problem.Searched);
-    vtkSMPTools::For(0, static_cast<vtkIdType>(samples.size()), [&](vtkIdType k, vtkIdType end) {
+    ParallelFor(0, static_cast<vtkIdType>(samples.size()), [&](vtkIdType k, vtkIdType end) {
       for (; k < end; ++k)
       {
         areOnSurface[k] = flat.IsOnSurface(samples[k]) && counts(samples[k]) ? 1 : 0;
@@ -368,7 +369,7 @@ public:
     {
       return false;
     }
-    vtkSMPTools::For(0, static_cast<vtkIdType>(suspects.size()), [&](vtkIdType k, vtkIdType end) {
+    ParallelFor(0, static_cast<vtkIdType>(suspects.size()), [&](vtkIdType k, vtkIdType end) {
       Neighbors neighbors;
       NearCloud near;
       for (; k < end; ++k)

@@ -2,6 +2,7 @@
 #include "Filters/Estimation/IsolatedPoints.h"
 
 #include "Filters/Common/Median.h"
+#include "Filters/Common/ParallelFor.h"
 #include "Filters/Common/ParallelMedian.h"
 #include "Filters/Neighbors/LocalCloud.h"
 
@@ -41,7 +42,7 @@ public:
   {
     const auto count = static_cast<vtkIdType>(fits.size());
     this->Reaches.resize(fits.size());
-    vtkSMPTools::For(0, count, [&](vtkIdType i, vtkIdType end) {
+    ParallelFor(0, count, [&](vtkIdType i, vtkIdType end) {
       for (; i < end; ++i)
       {
         this->Reaches[i] = fits[i].Reach;
@@ -171,14 +172,14 @@ void BoundIsolated(
   const int count = static_cast<int>(fits.size());
   const IsolationTest test(cloud, graph, fits, factor);
   RawVector<float> spacings(count); // first all tests, then all changes
-  vtkSMPTools::For(0, count, [&](vtkIdType begin, vtkIdType end) {
+  ParallelFor(0, count, [&](vtkIdType begin, vtkIdType end) {
     std::vector<float> scratch;
     for (vtkIdType i = begin; i < end; ++i)
     {
       spacings[i] = test.Spacing(static_cast<int>(i), scratch);
     }
   });
-  vtkSMPTools::For(0, count, [&](vtkIdType i, vtkIdType end) {
+  ParallelFor(0, count, [&](vtkIdType i, vtkIdType end) {
     for (; i < end; ++i)
     {
       if (spacings[i] >= 0.0f)

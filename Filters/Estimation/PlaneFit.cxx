@@ -2,6 +2,7 @@
 #include "Filters/Estimation/PlaneFit.h"
 
 #include "Filters/Common/Median.h"
+#include "Filters/Common/ParallelFor.h"
 #include "Filters/Estimation/PrincipalPlane.h"
 #include "Filters/Estimation/ScanLines.h"
 #include "Filters/Estimation/ScannerView.h"
@@ -531,7 +532,7 @@ bool FitPlanes(
     return false;
   }
   const FitSettings& settings = input.Settings;
-  vtkSMPTools::For(0, input.Cloud.Size(), [&](vtkIdType i, vtkIdType end) {
+  ParallelFor(0, input.Cloud.Size(), [&](vtkIdType i, vtkIdType end) {
     for (; i < end; ++i)
     {
       if (!(fits[i].Spacing > 0.0))

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Estimation/PointPlanes.h"
 
+#include "Filters/Common/ParallelFor.h"
 #include "Filters/Neighbors/LocalCloud.h"
 #include "Filters/Neighbors/NeighborGraph.h"
 
@@ -123,7 +124,7 @@ bool TurnToPoints(const OrientedCloud& oriented, const StageProgress& progress, 
   {
     return false;
   }
-  vtkSMPTools::For(0, count, [&](vtkIdType i, vtkIdType end) {
+  ParallelFor(0, count, [&](vtkIdType i, vtkIdType end) {
     for (; i < end; ++i)
     {
       fits[i].Normal = normals[i];

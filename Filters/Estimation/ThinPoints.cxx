@@ -2,6 +2,7 @@
 #include "Filters/Estimation/ThinPoints.h"
 
 #include "Filters/Common/Median.h"
+#include "Filters/Common/ParallelFor.h"
 #include "Filters/Common/ParallelMedian.h"
 #include "Filters/Estimation/PrincipalPlane.h"
 #include "Filters/Neighbors/LocalCloud.h"
@@ -113,7 +114,7 @@ bool RoundThinPoints(const OrientedCloud& oriented, const StageProgress& progres
       spacings[i] = test.IsThin(i) ? test.Spacing(i, patch, around) : -1.0f;
     }
   });
-  vtkSMPTools::For(0, done ? count : 0, [&](vtkIdType i, vtkIdType end) {
+  ParallelFor(0, done ? count : 0, [&](vtkIdType i, vtkIdType end) {
     for (; i < end; ++i)
     {
       if (spacings[i] > 0.0f)

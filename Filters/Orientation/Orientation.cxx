@@ -2,6 +2,7 @@
 #include "Filters/Orientation/Orientation.h"
 
 #include "Filters/Common/AvailableMemory.h"
+#include "Filters/Common/ParallelFor.h"
 #include "Filters/Common/ParityUnionFind.h"
 #include "Filters/Neighbors/LocalCloud.h"
 #include "Filters/Orientation/ConsistentSets.h"
@@ -9,8 +10,6 @@
 #include "Filters/Orientation/Rooms.h"
 #include "Filters/Orientation/ScannerSides.h"
 #include "Filters/Orientation/SignPropagation.h"
-
-#include "vtkSMPTools.h"
 
 #include <algorithm>
 #include <utility>
@@ -151,7 +150,7 @@ private:
   bool OpenBesideOpen()
   {
     std::vector<PatchKind> kinds(this->Kinds.size());
-    vtkSMPTools::For(0, this->Cloud.Size(), [&](vtkIdType i, vtkIdType end) {
+    ParallelFor(0, this->Cloud.Size(), [&](vtkIdType i, vtkIdType end) {
       for (; i < end; ++i)
       {
         const bool isOpen = this->Kinds[i] == PatchKind::Open ||
@@ -241,7 +240,7 @@ private:
 
 void FaceViewpoint(const LocalCloud& cloud, const Vector3& viewpoint, PlaneFits& fits)
 {
-  vtkSMPTools::For(0, cloud.Size(), [&](vtkIdType begin, vtkIdType end) {
+  ParallelFor(0, cloud.Size(), [&](vtkIdType begin, vtkIdType end) {
     for (vtkIdType i = begin; i < end; ++i)
     {
       if (Dot(fits[i].Normal, viewpoint - Load(cloud.Position(static_cast<int>(i)))) < 0.0)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Orientation/OrientationGraph.h"
 
+#include "Filters/Common/ParallelFor.h"
 #include "Filters/Common/ParityUnionFind.h"
 #include "Filters/Neighbors/LocalCloud.h"
 #include "Filters/Orientation/ScannerSides.h"
@@ -204,7 +205,7 @@ EdgeVotes CollectVotes(const LocalCloud& cloud, const PlaneFits& fits, const Nei
   edges.Votes.resize(GraphDegree * static_cast<size_t>(count));
   edges.Sure.resize(static_cast<size_t>(PieceCount(count)));
   std::vector<unsigned char> areSure(static_cast<size_t>(count));
-  vtkSMPTools::For(0, count, 1024, [&](vtkIdType begin, vtkIdType end) {
+  ParallelFor(0, count, 1024, [&](vtkIdType begin, vtkIdType end) {
     for (vtkIdType i = begin; i < end; ++i)
     {
       areSure[i] = IsSure(cloud, fits, graph, static_cast<int>(i)) ? 1 : 0;

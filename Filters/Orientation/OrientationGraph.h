@@ -5,10 +5,9 @@
  */
 #pragma once
 
+#include "Filters/Common/ParallelFor.h"
 #include "Filters/Common/RawVector.h"
 #include "Filters/Estimation/PlaneFit.h"
-
-#include "vtkSMPTools.h"
 
 #include <algorithm>
 #include <array>
@@ -82,7 +81,7 @@ inline vtkIdType PieceCount(vtkIdType count)
 template <typename Visit>
 void ForPieces(vtkIdType count, Visit&& visit)
 {
-  vtkSMPTools::For(0, PieceCount(count), 1, [&](vtkIdType begin, vtkIdType end) {
+  ParallelFor(0, PieceCount(count), 1, [&](vtkIdType begin, vtkIdType end) {
     for (vtkIdType p = begin; p < end; ++p)
     {
       visit(p, p * PieceSize, std::min(count, (p + 1) * PieceSize));

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Orientation/OutsideDecision.h"
 
+#include "Filters/Common/ParallelFor.h"
 #include "Filters/Neighbors/LocalCloud.h"
 #include "Filters/Orientation/OrientationGraph.h"
 #include "Filters/Orientation/WindingNumber.h"
-
-#include "vtkSMPTools.h"
 
 #include <algorithm>
 #include <cmath>
@@ -116,7 +115,7 @@ int ClosedSign(const OutsideInput& input, const Component& component, const Clos
   const int samples = std::min(count, WindingSamples);
   std::vector<double> windings(samples);
   const WindingNumbers numbers(input.Oriented, component.Ids, count);
-  vtkSMPTools::For(0, samples, [&](vtkIdType begin, vtkIdType end) {
+  ParallelFor(0, samples, [&](vtkIdType begin, vtkIdType end) {
     for (vtkIdType s = begin; s < end; ++s)
     {
       const int at = component.Ids[static_cast<size_t>(s) * count / samples];

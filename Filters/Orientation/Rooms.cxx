@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Orientation/Rooms.h"
 
+#include "Filters/Common/ParallelFor.h"
 #include "Filters/Neighbors/LocalCloud.h"
 #include "Filters/Neighbors/NeighborGraph.h"
-
-#include "vtkSMPTools.h"
 
 #include <algorithm>
 #include <cmath>
@@ -259,7 +258,7 @@ double InsidePart(const LocalCloud& cloud, const NeighborGraph& graph, const Pla
   const WindingNumbers shell({ cloud, fits, unturned }, sets.Begin(number), sets.Size(number));
   const size_t count = std::min<size_t>(between.size(), ContentSamples);
   std::vector<int> setsInside(count, -1);
-  vtkSMPTools::For(0, static_cast<vtkIdType>(count), [&](vtkIdType s, vtkIdType end) {
+  ParallelFor(0, static_cast<vtkIdType>(count), [&](vtkIdType s, vtkIdType end) {
     for (; s < end; ++s)
     {
       const int i = between[static_cast<size_t>(s) * between.size() / count];

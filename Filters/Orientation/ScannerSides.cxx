@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Orientation/ScannerSides.h"
 
+#include "Filters/Common/ParallelFor.h"
 #include "Filters/Common/ParityUnionFind.h"
 #include "Filters/Neighbors/LocalCloud.h"
 
 #include "vtkDataArray.h"
-#include "vtkSMPTools.h"
 
 #include <algorithm>
 #include <cmath>
@@ -33,7 +33,7 @@ std::vector<float> FaceScanners(const LocalCloud& cloud, vtkDataArray* toScanner
   {
     return facings;
   }
-  vtkSMPTools::For(0, cloud.Size(), [&](vtkIdType begin, vtkIdType end) {
+  ParallelFor(0, cloud.Size(), [&](vtkIdType begin, vtkIdType end) {
     for (vtkIdType i = begin; i < end; ++i)
     {
       double way[3];

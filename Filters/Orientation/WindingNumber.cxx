@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Orientation/WindingNumber.h"
 
+#include "Filters/Common/ParallelFor.h"
 #include "Filters/Neighbors/LocalCloud.h"
-
-#include "vtkSMPTools.h"
 
 #include <algorithm>
 #include <cmath>
@@ -34,7 +33,7 @@ WindingNumbers::WindingNumbers(const OrientedFits& oriented, const int* members,
   this->Groups.resize(static_cast<size_t>((count + WindingGroupSize - 1) / WindingGroupSize));
   const auto groups = static_cast<vtkIdType>(this->Groups.size());
   constexpr vtkIdType grain = 64;
-  vtkSMPTools::For(0, groups, grain, [&](vtkIdType g, vtkIdType end) {
+  ParallelFor(0, groups, grain, [&](vtkIdType g, vtkIdType end) {
     for (; g < end; ++g)
     {
       const int first = static_cast<int>(g) * WindingGroupSize;

@@ -3,6 +3,7 @@
 
 #include "Core/Surfels/SurfelArrays.h"
 #include "Filters/Common/AvailableMemory.h"
+#include "Filters/Common/ParallelFor.h"
 #include "Filters/Readers/Points/PointCloudFields.h"
 
 #include "vtkCellArray.h"
@@ -10,7 +11,6 @@
 #include "vtkPointData.h"
 #include "vtkPoints.h"
 #include "vtkPolyData.h"
-#include "vtkSMPTools.h"
 #include "vtkUnsignedCharArray.h"
 
 #include <algorithm>
@@ -133,13 +133,14 @@ bool GaussianArrays::Decode(const std::uint8_t* gaussian, vtkIdType id)
 void GaussianArrays::Append(const FieldCloud& gaussians)
 {
   const vtkIdType first = this->Appended;
-  vtkSMPTools::For(0, static_cast<vtkIdType>(gaussians.Width), [&](vtkIdType i, vtkIdType end) {
-    for (; i < end; ++i)
-    {
-      const std::uint8_t* gaussian = gaussians.Data.data() + i * gaussians.PointStep;
-      this->IsValid[first + i] = this->Decode(gaussian, first + i);
-    }
-  });
+  SurfelGeometry::ParallelFor(
+    0, static_cast<vtkIdType>(gaussians.Width), [&](vtkIdType i, vtkIdType end) {
+      for (; i < end; ++i)
+      {
+        const std::uint8_t* gaussian = gaussians.Data.data() + i * gaussians.PointStep;
+        this->IsValid[first + i] = this->Decode(gaussian, first + i);
+      }
+    });
   this->Appended += gaussians.Width;
 }
 

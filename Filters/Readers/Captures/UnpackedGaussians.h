@@ -4,10 +4,9 @@
  */
 #pragma once
 
+#include "Filters/Common/ParallelFor.h"
 #include "Filters/Readers/Captures/GaussianLayout.h"
 #include "Filters/Readers/Points/FieldCloud.h"
-
-#include "vtkSMPTools.h"
 
 #include <cstdint>
 #include <cstring>
@@ -31,7 +30,7 @@ FieldCloud UnpackGaussians(GaussianLayout layout, std::uint64_t count, const Unp
   gaussians.PointStep = layout.Step;
   gaussians.Fields.swap(layout.Fields);
   gaussians.Data.resize(count * gaussians.PointStep);
-  vtkSMPTools::For(0, static_cast<vtkIdType>(count), [&](vtkIdType i, vtkIdType end) {
+  SurfelGeometry::ParallelFor(0, static_cast<vtkIdType>(count), [&](vtkIdType i, vtkIdType end) {
     for (; i < end; ++i)
     {
       std::uint8_t* to = gaussians.Data.data() + i * gaussians.PointStep;

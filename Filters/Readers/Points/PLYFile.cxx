@@ -2,9 +2,9 @@
 #include "Filters/Readers/Points/PLYFile.h"
 
 #include "Filters/Common/FaceLimit.h"
+#include "Filters/Common/ParallelFor.h"
 
 #include "vtkNew.h"
-#include "vtkSMPTools.h"
 
 #include <pcl/io/ply/ply_parser.h>
 
@@ -267,7 +267,7 @@ bool Contents::ReadBlock(const std::string& path)
   constexpr vtkIdType piece = 1 << 22; // bytes
   const auto size = static_cast<vtkIdType>(data.size());
   std::atomic<bool> isWhole{ true };
-  vtkSMPTools::For(0, (size + piece - 1) / piece, 1, [&](vtkIdType p, vtkIdType end) {
+  SurfelGeometry::ParallelFor(0, (size + piece - 1) / piece, 1, [&](vtkIdType p, vtkIdType end) {
     std::ifstream file(path, std::ios::binary);
     const vtkIdType from = p * piece;
     file.seekg(this->Block + from);

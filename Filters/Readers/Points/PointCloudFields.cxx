@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Readers/Points/PointCloudFields.h"
+#include "Filters/Common/ParallelFor.h"
 
 #include "vtkCellArray.h"
 #include "vtkDataArray.h"
@@ -8,7 +9,6 @@
 #include "vtkPointData.h"
 #include "vtkPoints.h"
 #include "vtkPolyData.h"
-#include "vtkSMPTools.h"
 #include "vtkSmartPointer.h"
 #include "vtkTypeInt32Array.h"
 #include "vtkUnsignedCharArray.h"
@@ -101,7 +101,7 @@ void CopyComponent(const FieldCloud& cloud, const Field& field, Out* to, int str
   {
     vtkTemplateMacro((convert = ConvertValues<VTK_TT, Out>));
   }
-  vtkSMPTools::For(0, Count(cloud), [&](vtkIdType begin, vtkIdType end) {
+  SurfelGeometry::ParallelFor(0, Count(cloud), [&](vtkIdType begin, vtkIdType end) {
     const std::uint8_t* from = cloud.Data.data() + field.Offset + begin * cloud.PointStep;
     convert(from, cloud.PointStep, end - begin, to + begin * stride, stride);
   });
@@ -111,7 +111,7 @@ void CopyComponent(const FieldCloud& cloud, const Field& field, Out* to, int str
 template <typename Value>
 void CopyValues(const FieldCloud& cloud, const Field& field, int count, void* to)
 {
-  vtkSMPTools::For(0, Count(cloud), [&](vtkIdType point, vtkIdType end) {
+  SurfelGeometry::ParallelFor(0, Count(cloud), [&](vtkIdType point, vtkIdType end) {
     const std::uint8_t* from = cloud.Data.data() + field.Offset + point * cloud.PointStep;
     Value* out = static_cast<Value*>(to) + point * count;
     for (; point < end; ++point, from += cloud.PointStep, out += count)
@@ -219,7 +219,7 @@ std::vector<float> DecodeChannels(const FieldCloud& cloud, const Field* const* f
 RawVector<std::uint32_t> PackBytes(const FieldCloud& cloud, const Triple& rgb, const Field* alpha)
 {
   RawVector<std::uint32_t> packed(Count(cloud));
-  vtkSMPTools::For(0, Count(cloud), [&](vtkIdType i, vtkIdType end) {
+  SurfelGeometry::ParallelFor(0, Count(cloud), [&](vtkIdType i, vtkIdType end) {
     for (; i < end; ++i)
     {
       const std::uint8_t* point = cloud.Data.data() + i * cloud.PointStep;
@@ -268,19 +268,20 @@ vtkSmartPointer<vtkDataArray> UnpackColors(
   colors->SetNumberOfComponents(hasAlpha ? 4 : 3);
   colors->SetNumberOfTuples(static_cast<vtkIdType>(packed.size()));
   const int components = hasAlpha ? 4 : 3;
-  vtkSMPTools::For(0, static_cast<vtkIdType>(packed.size()), [&](vtkIdType i, vtkIdType end) {
-    unsigned char* to = colors->GetPointer(components * i);
-    for (; i < end; ++i, to += components)
-    {
-      to[0] = static_cast<unsigned char>(packed[i] >> 16);
-      to[1] = static_cast<unsigned char>(packed[i] >> 8);
-      to[2] = static_cast<unsigned char>(packed[i]);
-      if (hasAlpha)
+  SurfelGeometry::ParallelFor(
+    0, static_cast<vtkIdType>(packed.size()), [&](vtkIdType i, vtkIdType end) {
+      unsigned char* to = colors->GetPointer(components * i);
+      for (; i < end; ++i, to += components)
       {
-        to[3] = static_cast<unsigned char>(packed[i] >> 24);
+        to[0] = static_cast<unsigned char>(packed[i] >> 16);
+        to[1] = static_cast<unsigned char>(packed[i] >> 8);
+        to[2] = static_cast<unsigned char>(packed[i]);
+        if (hasAlpha)
+        {
+          to[3] = static_cast<unsigned char>(packed[i] >> 24);
+        }
       }
-    }
-  });
+    });
   return colors;
 }
 
@@ -366,7 +367,7 @@ vtkSmartPointer<vtkCellArray> MakeVertices(int count)
   offsets->InsertNextValue(count);
   connectivity->SetNumberOfValues(count);
   int* ids = connectivity->GetPointer(0);
-  vtkSMPTools::For(0, count,
+  SurfelGeometry::ParallelFor(0, count,
     [ids](vtkIdType i, vtkIdType end) { std::iota(ids + i, ids + end, static_cast<int>(i)); });
   auto vertices = vtkSmartPointer<vtkCellArray>::New();
   vertices->SetData(offsets, connectivity);
