@@ -308,13 +308,12 @@ double vtkSurfelSplatter::FindMiddle(const SceneItems& items, const SceneView& v
   vtkSmartPointer<vtkSurfelSplatter>& small = this->Internal->Small;
   small = small ? small : vtkSmartPointer<vtkSurfelSplatter>::New();
   small->SetLensModeToPinhole();
-  small->SetLODError(2.0);                          // 0.4 of the time, for nearly the same distance
-  SurfelSplatting::Ranks* ranks = this->GetRanks(); // which have no channels
+  small->SetLODError(2.0); // 0.4 of the time, for nearly the same distance
   small->SetController(this->GetController());
+  SurfelSplatting::Ranks* ranks = this->GetRanks(); // which have no channels
   small->SetChannels(!ranks && SurfelSplatting::HaveVolume(items) ? CHANNEL_MEDIAN_DEPTH : 0);
   small->SetKeepCaptureMass(this->KeepCaptureMass);
-  // As they are here: a mapper keeps what it has computed for one of each.
-  small->SetLODMode(this->LODMode);
+  small->SetLODMode(this->LODMode); // both as here: a mapper keeps what it has computed for one
   small->SetLinearLight(this->LinearLight);
   SurfelSplatting::MiddleView middle(view);
   small->CompleteView(middle.View, items);
