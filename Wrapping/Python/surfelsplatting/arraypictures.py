@@ -131,6 +131,8 @@ def render(points: ArrayLike, *, colors: ArrayLike | None = None, normals: Array
         ``cleaning``, ``sides``, ``viewpoint``, ``neighbors`` and ``hierarchy``: how points become
         surfels, as in ``cloud.surfels.estimate()``. By default they get a hierarchy only with a lens,
         or if they are more than 10 million: a sharp picture of fewer takes less time without.
+        Unless ``sides`` or ``viewpoint`` is given, both sides are drawn where the camera would see mostly
+        backs, as from inside of a tunnel.
 
     Returns
     -------
