@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/EstimationExecution.h"
-#include "Filters/Common/ParallelFor.h"
 
 #include "Filters/Arrays/InputArrays.h"
 #include "Filters/Arrays/SurfelOutput.h"
 #include "Filters/Common/AvailableMemory.h"
 #include "Filters/Common/Intrinsics.h"
+#include "Filters/Common/ParallelFor.h"
 #include "Filters/Common/ParallelMedian.h"
 #include "Filters/Estimation/ColorInterpolation.h"
 #include "Filters/Estimation/IsolatedPoints.h"

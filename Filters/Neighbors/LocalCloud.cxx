@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Neighbors/LocalCloud.h"
-#include "Filters/Common/ParallelFor.h"
 
+#include "Filters/Common/ParallelFor.h"
 #include "Filters/Neighbors/MortonGrid.h"
 
 #include "vtkPoints.h"

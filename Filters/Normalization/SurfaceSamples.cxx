@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Normalization/SurfaceSamples.h"
-#include "Filters/Common/ParallelFor.h"
 
 #include "Core/Simd/Multiversion.h"
 #include "Filters/Common/Hash.h"
 #include "Filters/Common/Intrinsics.h"
 #include "Filters/Common/Median.h"
+#include "Filters/Common/ParallelFor.h"
 #include "Filters/Neighbors/AngularGap.h"
 #include "Filters/Neighbors/LocalCloud.h"
 #include "Filters/Neighbors/NeighborGraph.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Scanners/ScanOrder.h"
-#include "Filters/Common/ParallelFor.h"
 
+#include "Filters/Common/ParallelFor.h"
 #include "Filters/Scanners/ScanPlaces.h"
 
 #include "vtkFloatArray.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Scanners/ScanPlaces.h"
-#include "Filters/Common/ParallelFor.h"
 
 #include "Filters/Common/Hash.h"
+#include "Filters/Common/ParallelFor.h"
 #include "Filters/Scanners/ScanPhase.h"
 
 #include <Eigen/Dense>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Scanners/ScanWindows.h"
-#include "Filters/Common/ParallelFor.h"
 
 #include "Filters/Common/Median.h"
+#include "Filters/Common/ParallelFor.h"
 #include "Filters/Scanners/BeamOrder.h"
 
 #include <Eigen/Geometry>

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Volumes/GaussianOutput.h"
-#include "Filters/Common/ParallelFor.h"
 
 #include "Core/Surfels/SurfelArrays.h"
 #include "Filters/Arrays/InputArrays.h"
 #include "Filters/Arrays/PointCells.h"
 #include "Filters/Common/AvailableMemory.h"
+#include "Filters/Common/ParallelFor.h"
 
 #include "vtkDoubleArray.h"
 #include "vtkFieldData.h"

@@ -164,9 +164,11 @@ class TestInfo(ToolCase):
             self.assertIn(ends or "", said)
         self.render("half.ply", *SMALL, "-o", "out.png", "--hierarchy", "half.surfels")
         self.assertNotIn("--sides", self.info("half.surfels"))
-        said = self.tool("render", "half.surfels", *SMALL, *behind, "-o", "out.png")
-        self.assertIn("so that both sides are drawn", said)
-        self.assertGreater(self.covered("out.png"), 0.1)
+        for options in ((), ("--sides", "given")):  # which has no effect on surfels
+            said = self.tool("render", "half.surfels", *SMALL, *behind, *options, "-o", "out.png")
+            self.assertIn("so that both sides are drawn", said)
+            self.assertEqual("--sides has no effect" in said, bool(options))
+            self.assertGreater(self.covered("out.png"), 0.1)
 
     def test_open_things_on_a_ground_that_shows_both_sides(self):
         x, y = np.meshgrid(np.linspace(0, 8, 90), np.linspace(0, 8, 90))

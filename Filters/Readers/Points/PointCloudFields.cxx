@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Readers/Points/PointCloudFields.h"
+
 #include "Filters/Common/ParallelFor.h"
 
 #include "vtkCellArray.h"

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """surfelsplat render: cloud -> surfels -> picture."""
 
-
 from ..clouds.cloud import is_hierarchy
 from ..problems import UserProblem
 from ..shapes.samples import Samples

@@ -23,7 +23,7 @@ class Look:
         self.hint = session.note
         self.path, self.scalars = arguments.clouds[0], arguments.scalars
         self.background = backdrop_of(arguments)
-        self.may_show_backs = arguments.sides != "given"
+        self.may_show_backs = not session.keeps_sides
 
     def make_actor(self, surfels, scalars):
         values = dict(vars(self._arguments), scalars=scalars)

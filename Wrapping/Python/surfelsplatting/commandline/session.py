@@ -46,6 +46,7 @@ class Session:
         self.arguments = arguments
         self._is_silent = is_silent
         self.needs_hierarchy = not arguments.no_lod
+        self.keeps_sides = False  # whether the user has said which sides are visible
         self.messages = VtkMessages(arguments.verbose)
         self.interrupts = Interrupts()
         reuse_memory()
@@ -114,6 +115,7 @@ class Session:
         if not cloud.is_volume and self.arguments.scalars:
             check_scalars(cloud.data, self.arguments.scalars)
         self.warn(without_effect_on(cloud, self.arguments))
+        self.keeps_sides = self.arguments.sides == "given" and not cloud.is_drawable
         if mixes_as_stored(cloud, self.arguments):
             self.arguments.linear_light = False
         return cloud
@@ -152,14 +154,14 @@ class Session:
         return surfels
 
     def show_backs(self, renderer, samples, views):
-        """Lets a renderer draw both sides, if the views would show the backs of most of what it draws, unless
-        the user has said which sides are visible. A line says what is done."""
+        """Lets a renderer draw both sides, if the views would show the backs of most of what it draws,
+        unless keeps_sides. A line says what is done."""
         share = share_facing_away(samples, views)
         if not share:
             return
         seen = (f"{100 * share:.0f} % of the surface turns its back to the camera"
                 + (" in a frame" if len(views) > 1 else ""))
-        if self.arguments.sides == "given":
+        if self.keeps_sides:
             self.warn([f"{seen} and is not drawn; --sides auto shows it"])
             return
         self.note(f"{seen}, so that both sides are drawn")

@@ -205,8 +205,10 @@ class Viewer:
 
     def _shows_backs(self):
         """Whether both sides are drawn: the camera would see backs only, as from inside of a tunnel."""
+        if not self.look.may_show_backs:
+            return False
         self._few = self._few or Samples(self._surfels, FEW)
-        return self.look.may_show_backs and share_facing_away(self._few, [self.view]) > 0
+        return share_facing_away(self._few, [self.view]) > 0
 
     def picture(self, cells=STILL_CELLS):
         """-> vtkImageData, float RGBA. cells: of the lens"""

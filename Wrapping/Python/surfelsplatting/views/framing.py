@@ -25,6 +25,7 @@ SLENDER = 1.5, 2.0  # the same of what is seen from ELEVATION, and from LOW
 HIDDEN = 0.8  # part of what is seen from HIGH, below which walls hide what matters
 AROUND = 0.03  # part of the area beyond a side of the frame, above which the cloud goes on there
 RASTER = 128  # cells along a side, of a picture that tells what is seen
+# As in Core/Picture/MiddleFront.cxx, which has a picture where these have points.
 MIDDLE = 0.25  # half-height of the picture's middle over the half-height of the picture
 FRONT = 20  # percent of what is in the middle that is nearer than what a photographer focuses on
 CELLS = 4  # into which the middle is divided along each side
