@@ -17,7 +17,10 @@ constexpr int CellNeighbors = KeptNeighbors;
 /// Neighbours that may bound a cell which those leave open: beside a border or a step of density
 /// they fill half a disc of a radius of 7 spacings, where 10 times sparser points have 7 in the
 /// other.
-constexpr int SheetCapacity = 4 * CellNeighbors;
+constexpr int OpenNeighbors = 4 * CellNeighbors;
+
+/// The same between scan lines: those of a few scanners may fall together, 16 steps apart.
+constexpr int SheetCapacity = 12 * CellNeighbors;
 
 /// Cosine of the angle up to which folds have one direction, and standard deviation of the
 /// distances, in spacings, up to which they are one line. Normals with noise give many lines.

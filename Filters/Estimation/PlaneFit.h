@@ -51,10 +51,11 @@ struct PlaneFit
   float Flatness = 0.0f;  // variance along the normal over the smaller tangential one; 0 = plane
   bool Degenerate = false; // too few neighbours, or all on a line
   bool Isolated = false;
-  bool Given = false;   // the normal was given, not fitted
-  bool OnPlate = false; // of two sheets; the normal points outward (Orientation/ThinPlates.h)
-  bool Sharp = false;   // of one of the planes that meet at a fold (SharpNormals.h)
-  bool OnRod = false;   // of a line with nothing beside it (ScanLines.h), or thin (ThinPoints.h)
+  bool Given = false;       // the normal was given, not fitted
+  bool OnPlate = false;     // of two sheets; the normal points outward (Orientation/ThinPlates.h)
+  bool Sharp = false;       // of one of the planes that meet at a fold (SharpNormals.h)
+  bool OnScanLines = false; // of a surface that a scanner with lines far apart has measured
+  bool OnRod = false; // of a line with nothing beside it (ScanLines.h), or thin (ThinPoints.h)
 
   /// Whether the point has a tangent plane. Others are drawn round, and from both sides.
   bool HasPlane() const { return !this->Isolated && !this->Degenerate && !this->OnRod; }
@@ -95,6 +96,13 @@ struct FitInput
   const FitSettings& Settings;
   const std::vector<float>& GivenNormals; // [3n], (0, 0, 0) where a point has none; or empty
   vtkDataArray* ToScanner; // vectors from the input's points to their scanners; null: not known
+
+  /// Three numbers, or null.
+  const float* GivenNormal(int i) const
+  {
+    return this->GivenNormals.empty() ? nullptr
+                                      : this->GivenNormals.data() + 3 * static_cast<size_t>(i);
+  }
 };
 
 /// Fits all points. Returns false if stopped.

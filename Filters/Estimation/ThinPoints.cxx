@@ -52,7 +52,8 @@ public:
   bool IsThin(int i) const
   {
     const PlaneFit& fit = this->Fits[i];
-    if (!this->IsThick(fit) || fit.Given || fit.OnPlate || fit.Sharp || !fit.HasPlane())
+    if (!this->IsThick(fit) || fit.Given || fit.OnScanLines || fit.OnPlate || fit.Sharp ||
+      !fit.HasPlane())
     {
       return false;
     }

@@ -24,6 +24,10 @@ namespace
 /// the largest empty circle has a radius of about 1.7 spacings (exp(-pi r^2) = 1 / 20 000).
 constexpr double CellReach = 2.0;
 
+/// Between scan lines cells reach so many times as far, and their borders are smoothed so: where
+/// the lines of several scanners fall together, nothing is for several spacings.
+constexpr double BetweenLines = 2.0;
+
 /// Where a neighbour is sparser, cells reach as many of its spacings, at most these times their
 /// own: 16 to 1 in density. Beyond that a point is rather a stray one, unless it is among the
 /// sparse ones beyond a gap: 100 to 1.
@@ -127,9 +131,11 @@ private:
   /// points.
   void MeasureOpen(int i, VoronoiCell& cell)
   {
-    this->Tree.FindNearest(i, SheetCapacity, this->Found);
+    this->Tree.FindNearest(
+      i, this->Fits[i].OnScanLines ? SheetCapacity : OpenNeighbors, this->Found);
     this->Sheet.Count = 0;
     double sparsest = this->Fits[i].Spacing;
+    this->Scale = this->Fits[i].OnScanLines ? BetweenLines : 1.0;
     const double step = this->StepOfScanner(i);
     float nextLine = 0.0f; // squared distance
     for (int k = 0; k < this->Found.Count(); ++k)
@@ -156,7 +162,8 @@ private:
   /// Whether the cells of two points may have a common border: those that end before it do not.
   bool MayMeet(int i, int j, float squaredDistance) const
   {
-    const double reach = 2.0 * CellReach * std::max(this->Fits[i].Spacing, this->Fits[j].Spacing);
+    const double reach =
+      2.0 * this->Scale * CellReach * std::max(this->Fits[i].Spacing, this->Fits[j].Spacing);
     return squaredDistance <= reach * reach;
   }
 
@@ -186,7 +193,7 @@ private:
 
   double ReachTo(int i, double sparsest, double most) const
   {
-    return CellReach * std::min(sparsest / this->Fits[i].Spacing, most);
+    return this->Scale * CellReach * std::min(sparsest / this->Fits[i].Spacing, most);
   }
 
   /// Whether point j is one of the sparse points beyond a gap, within 60 degrees of its middle.
@@ -506,7 +513,7 @@ private:
   double Coverage(double x, double y) const
   {
     const FlatSheet& sheet = this->Sheet;
-    constexpr double variance = BorderSmoothing * BorderSmoothing;
+    const double smoothing = this->Scale * BorderSmoothing, variance = smoothing * smoothing;
     double sum = std::exp(-0.5 * (x * x + y * y) / variance);
     for (int k = 0; k < sheet.Count; ++k)
     {
@@ -525,6 +532,7 @@ private:
   PlaneFits& Fits;
   SurfaceHeights& Heights;
   ScannerView View;
+  double Scale = 1.0; ///< of an open cell's reach and border
   Neighbors Found;
   pcl::Indices Seen;
   std::vector<int> Sparse;

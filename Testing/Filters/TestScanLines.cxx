@@ -243,7 +243,7 @@ TEST_CASE("Scan lines beside a shadow")
 
 /// The area of a floor on which the lines of five scanners beside each other fall together: bands
 /// that are 0.1 wide and 0.4 apart, with points 0.08 apart of each scanner. Over that of the floor
-/// between the outermost bands.
+/// between the outermost bands. A wall is far behind.
 double AreaOfBands(bool areSeen)
 {
   std::vector<Vec> points, scanners;
@@ -263,6 +263,12 @@ double AreaOfBands(bool areSeen)
           { pitch * (k + 0.2 * scanner), apart * band + 0.1 * (random() - 0.5), 0.0 });
       }
     }
+  }
+  // Among many others that are spread evenly.
+  for (const Vec& p :
+    MakeRectangle({ 0, 4, 0 }, { 1, 0, 0 }, 10, { 0, 0, 1 }, 10, pitch, 0.4, Random(5)).Points)
+  {
+    points.push_back(p);
   }
   vtkNew<vtkSurfelEstimation> estimation;
   estimation->SetInputData(areSeen ? SeenFrom(scanners, points) : ToPolyData(points));
@@ -284,5 +290,112 @@ TEST_CASE("Lines of several scanners")
 {
   CHECK_NEAR(AreaOfBands(true), 1.0, 0.1);
   CHECK(AreaOfBands(false) < 0.8);
+}
+
+/// The sums of kernels at 160 x 160 places of the plane z = 0.
+class Coverage
+{
+public:
+  static constexpr int Places = 160, Reach = 8;
+  static constexpr double Step = 0.01;
+
+  explicit Coverage(const Surfels& surfels)
+    : Sums(Places * Places)
+  {
+    for (vtkIdType k = 0; k < surfels.Count(); ++k)
+    {
+      const Vec p = surfels.Position(k);
+      const int x = static_cast<int>(p[0] / Step), y = static_cast<int>(p[1] / Step);
+      for (int i = std::max(x - Reach, 0); i < std::min(x + Reach, Places); ++i)
+      {
+        for (int j = std::max(y - Reach, 0); j < std::min(y + Reach, Places); ++j)
+        {
+          this->Sums[Places * i + j] += surfels.Kernel(k, { Step * i, Step * j, 0.0 });
+        }
+      }
+    }
+  }
+
+  double At(int i, int j) const { return this->Sums[Places * i + j]; }
+
+private:
+  std::vector<double> Sums;
+};
+
+/// A square hole.
+struct Window
+{
+  double From, To;
+
+  bool Has(double x, double y, double border) const
+  {
+    return std::min(x, y) > this->From - border && std::max(x, y) < this->To + border;
+  }
+};
+
+/// A wall of 1.6 x 1.6 with a window, which three scanners that turn have seen: their lines are
+/// eight steps apart, cross each other at small angles, and fall together in places.
+struct TurningScanners
+{
+  static constexpr double Step = 0.005, Size = 1.6;
+  static constexpr Window Opening{ 0.6, 1.0 };
+
+  static std::vector<Vec> Points(double noise)
+  {
+    std::vector<Vec> points;
+    Random random(12);
+    for (int scanner = 0; scanner < 3; ++scanner)
+    {
+      const double slope = 0.025 * (scanner - 1), phase = random();
+      for (int line = -2; line < 44; ++line)
+      {
+        for (double x = Step * random(); x < Size; x += Step)
+        {
+          const double y = 8.0 * Step * (line + phase) + slope * x;
+          if (y > 0.0 && y < Size && !Opening.Has(x, y, 0.0))
+          {
+            points.push_back({ x, y, noise * Step * (random() + random() - 1.0) });
+          }
+        }
+      }
+    }
+    return points;
+  }
+};
+
+/// Between the lines of scanners that turn a surface is closed, wherever these fall together, and
+/// its windows stay open.
+TEST_CASE("Lines of scanners that turn")
+{
+  for (const double noise : { 0.3, 1.5 })
+  {
+    CAPTURE(noise);
+    vtkNew<vtkSurfelEstimation> estimation;
+    estimation->SetInputData(ToPolyData(TurningScanners::Points(noise)));
+    estimation->Update();
+    const Surfels surfels(estimation->GetOutput());
+    int open = 0, places = 0, closed = 0, inWindow = 0;
+    const Coverage coverage(surfels);
+    for (int i = 10; i < 150; ++i)
+    {
+      for (int j = 10; j < 150; ++j)
+      {
+        const double x = Coverage::Step * i, y = Coverage::Step * j;
+        const bool isCovered = coverage.At(i, j) > 0.25;
+        if (TurningScanners::Opening.Has(x, y, -0.05))
+        {
+          ++inWindow;
+          closed += isCovered ? 1 : 0;
+        }
+        else if (!TurningScanners::Opening.Has(x, y, 0.05))
+        {
+          ++places;
+          open += isCovered ? 0 : 1;
+        }
+      }
+    }
+    CHECK(open <= 0.002 * places);
+    CHECK(closed <= 0.01 * inWindow);
+  }
 }
 }
