@@ -121,9 +121,7 @@ bool EstimationExecution::Shape(vtkPointSet* input, const StageProgress& progres
   if (!RefineExtents(oriented, this->Settings.Fit, progress.Part(0.0, 0.4), this->Fits) ||
     !(this->Given.empty() || TurnToPoints(oriented, progress.Part(0.4, 0.42), this->Fits)) ||
     !SharpenNormals(oriented, progress.Part(0.42, 0.45), this->Fits) ||
-    // What one sensor sees is thick along its rays, by noise.
-    !(this->IsSeenFromViewpoint() ||
-      RoundThinPoints(oriented, progress.Part(0.45, 0.46), this->Fits)) ||
+    !RoundThinPoints(oriented, progress.Part(0.45, 0.46), this->Fits) ||
     !this->MakeKernels(input, oriented, progress.Part(0.46, 1.0)))
   {
     return false;

@@ -110,10 +110,6 @@ private:
   /// any, it is not in the caches.
   void Prefetch(vtkIdType i) const;
 
-  bool IsSeenFromViewpoint() const
-  {
-    return this->Settings.Rule == SideRule::Viewpoint || this->Settings.UseViewpoint;
-  }
   bool LeavesNeighbors() const { return this->Neighbors.Behind && !this->Sharing; }
   bool IsCounted(int i) const
   {
