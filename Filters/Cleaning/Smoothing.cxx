@@ -69,6 +69,12 @@ constexpr double LargestShift = 4.0;
 /// which are better as flat sheets, lose 0.2 dB; with 4 nothing.)
 constexpr double LargestMisfit = 4.0;
 
+/// Noise below LeastLeafy harms less than the smoothing of shape: there a smaller misfit is shape,
+/// too, if it grows so much with the neighbourhood: spokes, leaves, stalks. (1.5 alone is exceeded
+/// by walls that face a scanner, among floors that it looks along: a car has 0.7 dB less.)
+constexpr double SlightMisfit = 1.5;
+constexpr double SlightGrowth = 1.3;
+
 /// Folds need more points than quadrics to be seen in noise; beyond this noise, in spacings, more
 /// than MostNeighbors.
 constexpr double FoldNeighbors = 2.5;
@@ -324,8 +330,8 @@ public:
             ++leaves;
             continue;
           }
-          const bool isShape = deviation > LargestMisfit * noise.Deviation * SpacingOf(fit.All);
-          smooth.Shifts[i] = isShape ? Vector3{} : ShiftOf(fit, deviation);
+          smooth.Shifts[i] =
+            this->IsShape(i, noise, deviation, fit) ? Vector3{} : ShiftOf(fit, deviation);
           if (noise.Deviation < LargestFoldNoise && fit.Quadric.Bend() > LeastBend &&
             this->FitFold(i, fit))
           {
@@ -444,6 +450,15 @@ private:
     fit.Near.Fit(this->Cloud, i, fit.Nearest);
     const double near = fit.Near.IsValid() ? fit.Near.Deviation(1.0) : 0.0;
     return near > 0.0 ? deviation / near : 0.0;
+  }
+
+  /// Whether the quadric misses more than noise.
+  /// @param deviation of the residuals, world units
+  bool IsShape(int i, const PartNoise& noise, double deviation, PointFit& fit) const
+  {
+    const double misfit = deviation / (noise.Deviation * SpacingOf(fit.All));
+    const bool isSlight = misfit > SlightMisfit && noise.Deviation < LeastLeafy;
+    return misfit > LargestMisfit || (isSlight && this->Growth(i, deviation, fit) > SlightGrowth);
   }
 
   /// @param deviation of the residuals, world units

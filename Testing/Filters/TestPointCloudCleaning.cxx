@@ -133,7 +133,14 @@ TEST_CASE("Stray points")
   }
 }
 
-/// Points of the unit sphere with Gaussian noise of this many spacings (Box and Muller).
+/// Normally distributed, of variance 1 (Box and Muller).
+double Gaussian(Random& random)
+{
+  const double length = std::sqrt(-2.0 * std::log(1.0 - random()));
+  return length * std::cos(2.0 * Pi * random());
+}
+
+/// Points of the unit sphere with Gaussian noise of this many spacings.
 std::vector<Vec> NoisySphere(int count, double share)
 {
   const double deviation = share * std::sqrt(4.0 * Pi / count);
@@ -143,8 +150,7 @@ std::vector<Vec> NoisySphere(int count, double share)
   {
     for (double& x : p)
     {
-      const double length = std::sqrt(-2.0 * std::log(1.0 - random()));
-      x += deviation * length * std::cos(2.0 * Pi * random());
+      x += deviation * Gaussian(random);
     }
   }
   return points;
@@ -254,17 +260,6 @@ struct NoisyHalves
     }
     return wrong / static_cast<double>(data->GetNumberOfPoints());
   }
-
-private:
-  static double Gaussian(Random& random)
-  {
-    double sum = -6.0;
-    for (int k = 0; k < 12; ++k)
-    {
-      sum += random();
-    }
-    return sum;
-  }
 };
 
 TEST_CASE("Colours of noisy points")
@@ -332,10 +327,6 @@ TEST_CASE("Foliage")
 TEST_CASE("Boughs")
 {
   Random random(6);
-  const auto gauss = [&random] {
-    const double length = std::sqrt(-2.0 * std::log(1.0 - random()));
-    return length * std::cos(2.0 * Pi * random());
-  };
   std::vector<Vec> points;
   constexpr int needles = 24000, bark = 6000;
   for (int bough = 0; bough < 60; ++bough)
@@ -343,19 +334,20 @@ TEST_CASE("Boughs")
     const double height = 2.0 + 6.0 * random(), angle = 2.0 * Pi * random();
     for (int tuft = 0; tuft < 20; ++tuft)
     {
-      const double along = 0.3 + 1.2 * random(), aside = 0.25 * along * gauss();
-      const double droop = height - 0.2 * along + 0.05 * gauss();
+      const double along = 0.3 + 1.2 * random(), aside = 0.25 * along * Gaussian(random);
+      const double droop = height - 0.2 * along + 0.05 * Gaussian(random);
       for (int k = 0; k < needles / 60 / 20; ++k)
       {
-        points.push_back({ along * std::cos(angle) - aside * std::sin(angle) + 0.03 * gauss(),
-          along * std::sin(angle) + aside * std::cos(angle) + 0.03 * gauss(),
-          droop + 0.03 * gauss() });
+        points.push_back(
+          { along * std::cos(angle) - aside * std::sin(angle) + 0.03 * Gaussian(random),
+            along * std::sin(angle) + aside * std::cos(angle) + 0.03 * Gaussian(random),
+            droop + 0.03 * Gaussian(random) });
       }
     }
   }
   for (int k = 0; k < bark; ++k)
   {
-    const double angle = 2.0 * Pi * random(), radius = 0.2 + 0.03 * gauss();
+    const double angle = 2.0 * Pi * random(), radius = 0.2 + 0.03 * Gaussian(random);
     points.push_back({ radius * std::cos(angle), radius * std::sin(angle), 8.0 * random() });
   }
   vtkNew<vtkPointCloudCleaning> cleaning;
@@ -386,20 +378,16 @@ TEST_CASE("Boughs")
 TEST_CASE("Boards before a noisy wall")
 {
   Random random(8);
-  const auto gauss = [&random] {
-    const double length = std::sqrt(-2.0 * std::log(1.0 - random()));
-    return length * std::cos(2.0 * Pi * random());
-  };
   constexpr double noise = 0.15, half = 1.0; // spacings
   constexpr int wall = 30000, boards = 20, boardPoints = 320;
   std::vector<Vec> points;
   for (int i = 0; i < wall; ++i)
   {
-    points.push_back({ 173.0 * random(), 173.0 * random(), noise * gauss() });
+    points.push_back({ 173.0 * random(), 173.0 * random(), noise * Gaussian(random) });
   }
   for (int i = 0; i < boards * boardPoints; ++i)
   {
-    const double off = half + noise * gauss(), at = 8.0 * (i / boardPoints);
+    const double off = half + noise * Gaussian(random), at = 8.0 * (i / boardPoints);
     points.push_back({ at + (i % 2 == 0 ? off : -off), 20.0 * random(), 20.0 + 8.0 * random() });
   }
   vtkNew<vtkPointCloudCleaning> cleaning;
@@ -417,6 +405,44 @@ TEST_CASE("Boards before a noisy wall")
   }
   CHECK(Spread(heights).Deviation < 0.5 * noise);
   CHECK(Spread(faces).Mean > 0.95 * half);
+}
+
+/// A noisy floor, and above it two layers of wires that cross, with the same noise. The quadric
+/// through both layers is no surface: the points stay at their wires.
+TEST_CASE("Wires above a noisy floor")
+{
+  Random random(9);
+  constexpr double noise = 0.25, half = 0.8, apart = 3.0; // spacings
+  constexpr int floor = 30000, wires = 40, wirePoints = 160;
+  std::vector<Vec> points;
+  for (int i = 0; i < floor; ++i)
+  {
+    points.push_back({ 173.0 * random(), 173.0 * random(), noise * Gaussian(random) });
+  }
+  const auto heightOf = [](int wire) { return 30.0 + (wire % 2 == 0 ? half : -half); };
+  for (int i = 0; i < wires * wirePoints; ++i)
+  {
+    const int wire = i / wirePoints;
+    const double along = 0.5 * (i % wirePoints), beside = apart * (wire / 2);
+    const double at = beside + noise * Gaussian(random);
+    const double height = heightOf(wire) + noise * Gaussian(random);
+    points.push_back(wire % 2 == 0 ? Vec{ along, at, height } : Vec{ at, along, height });
+  }
+  vtkNew<vtkPointCloudCleaning> cleaning;
+  const Messages said(cleaning);
+  cleaning->RemoveStrayPointsOff();
+  cleaning->SetInputData(ToPolyData(points));
+  cleaning->Update();
+  std::vector<double> heights, misses;
+  for (int i = 0; i < floor + wires * wirePoints; ++i)
+  {
+    double p[3];
+    cleaning->GetOutput()->GetPoint(i, p);
+    (i < floor ? heights : misses)
+      .push_back(i < floor ? p[2] : p[2] - heightOf((i - floor) / wirePoints));
+  }
+  CHECK(Spread(heights).Deviation < 0.5 * noise);
+  CHECK(Spread(misses).Deviation < 1.5 * noise);
 }
 
 TEST_CASE("Two sheets")
