@@ -27,34 +27,8 @@ class Filters(PluginCase):
             self.assertEqual(simple.Show(surfels, self.view).Representation, "Surfel Splats")
 
 
-class SurfelSplats(PluginCase):
-    def test_raw_points_are_a_closed_sphere(self):
-        self.show(self.points)
-        seen = screenshot(self.view)
-        # The sphere of radius 1 seen from 5: sin = 1/5.
-        radius = SIZE / 2 / np.tan(np.radians(15)) * np.tan(np.arcsin(0.2))
-        y, x = np.mgrid[0:SIZE, 0:SIZE] + 0.5 - SIZE / 2
-        inside = np.hypot(x, y) < radius - 4
-        self.assertGreater(seen[inside].min(), 40)  # lit from the camera; no holes
-        self.assertEqual(seen[np.hypot(x, y) > radius + 4].max(), 0)
-
-    def test_backs(self):
-        display = self.show(self.points)
-        self.view.CameraPosition, self.view.CameraFocalPoint = (0, 0, 0), (0, 0, -1)
-        self.assertEqual(screenshot(self.view).max(), 0)
-        display.SurfelShowBacks = 1
-        self.assertGreater(screenshot(self.view).min(), 40)
-        display.SurfelShowBacks = 0
-        self.assertEqual(screenshot(self.view).max(), 0)
-
-    def test_surfels_are_drawn_as_they_are(self):
-        self.show(self.points)
-        raw = screenshot(self.view)
-        simple.Hide(self.points, self.view)
-        estimation = simple.SurfelEstimation(Input=self.points)
-        normalization = simple.SurfelNormalization(Input=estimation)
-        self.show(simple.SurfelHierarchy(Input=normalization))
-        self.assertLess(np.abs(screenshot(self.view) - raw).max(), 2)
+class EitherView(PluginCase):
+    """What depends on whether the representation or the view has the pass."""
 
     def test_lens_of_the_view_and_of_the_representation(self):
         display = self.show(self.points)
@@ -75,38 +49,6 @@ class SurfelSplats(PluginCase):
         setattr(settings, prefix + "CircleOfConfusion",
                 SIZE / 2 / np.tan(np.radians(15)) * 0.3 / 9.0)
         self.assertLess(np.abs(screenshot(self.view) - through_camera).max(), 2)
-
-    def test_colors_by_an_array(self):
-        display = self.show(self.points)
-        simple.ColorBy(display, ("POINTS", "height"))
-        simple.GetColorTransferFunction("height").RGBPoints = [-1, 0, 0, 1, 1, 1, 0, 0]
-        self.view.CameraPosition = [5, 0, 0]
-        self.view.CameraViewUp = [0, 0, 1]
-        seen = screenshot(self.view)
-        column = seen[:, SIZE // 2]
-        self.assertGreater(column[SIZE // 2 + 40, 0], column[SIZE // 2 - 40, 0] + 60)
-        self.assertGreater(column[SIZE // 2 - 40, 2], column[SIZE // 2 + 40, 2] + 20)
-        self.assertEqual(self.view.SMProxy.Pick(SIZE // 2, SIZE // 2), display.SMProxy)
-
-    def test_colors_of_the_data(self):
-        """Are shown as they are; a component of them by a colour map."""
-        write_sphere("colored.vtk", colors=True)
-        display = self.show(simple.LegacyVTKReader(FileNames=["colored.vtk"]))
-        simple.ColorBy(display, ("POINTS", "RGB"))
-        middle = SIZE // 2
-
-        def left_and_right():
-            seen = screenshot(self.view)
-            return seen[middle, middle - 50], seen[middle, middle + 50]
-
-        red, blue = left_and_right()
-        self.assertTrue(red[0] > 100 and red[1:].max() < 20, red)
-        self.assertTrue(blue[2] > 100 and blue[:2].max() < 20, blue)
-        simple.ColorBy(display, ("POINTS", "RGB", "X"))
-        simple.GetColorTransferFunction("RGB").RGBPoints = [0, 1, 1, 0, 255, 0, 1, 0]
-        green, yellow = left_and_right()
-        self.assertTrue(green[1] > 100 and green[0] < 20, green)
-        self.assertTrue(yellow[:2].min() > 100 and yellow[2] < 20, yellow)
 
     def test_selection_gives_the_points_of_the_source(self):
         display = self.show(self.points)
@@ -156,6 +98,117 @@ class SurfelSplats(PluginCase):
         simple.SelectSurfacePoints(Rectangle=[200, 140, 220, 160], View=self.view)
         ids = np.asarray(group.GetSelectionInput(0).Input[0].IDs).reshape(-1, 3)
         self.assertEqual(set(ids[:, 0]), {2})  # flat index of the second block
+
+    def test_focus_on_a_point(self):
+        display = self.show(self.points)
+        settings, prefix = ((self.view, "") if self.view_type == "SurfelRenderView"
+                            else (display, "Surfel"))
+        setattr(settings, prefix + "LensMode", "Circle of confusion")
+        setattr(settings, prefix + "CircleOfConfusion", 20)
+        self.view.CameraFocalDistance = 9.0
+        camera = screenshot(self.view)
+        setattr(settings, prefix + "FocusMode", "Point")
+        setattr(settings, prefix + "FocusPoint", [0.3, 0.2, -4.0])
+        self.assertLess(np.abs(screenshot(self.view) - camera).max(), 2)
+        setattr(settings, prefix + "FocusPoint", [0.3, 0.2, 0.0])
+        near = screenshot(self.view)
+        self.assertGreater(np.abs(near - camera).max(), 60)
+        setattr(settings, prefix + "FocusMode", "Center of rotation")
+        self.view.CenterOfRotation = [0.0, 0.0, -4.0]
+        self.assertLess(np.abs(screenshot(self.view) - camera).max(), 2)
+        self.view.CenterOfRotation = [0.0, 0.0, 0.0]
+        self.assertLess(np.abs(screenshot(self.view) - near).max(), 2)
+
+    def test_first_focus_is_on_what_is_seen(self):
+        """Not on the focal point, the centre of the data: on the surface in the middle."""
+        display = self.show(self.points)
+        settings, prefix = ((self.view, "") if self.view_type == "SurfelRenderView"
+                            else (display, "Surfel"))
+        setattr(settings, prefix + "LensMode", "Circle of confusion")
+        setattr(settings, prefix + "CircleOfConfusion", 20)
+        for position in ([0, 0, 5], [4, 0, 0]):
+            self.view.CameraPosition = position
+            first = screenshot(self.view)
+            self.view.CameraFocalDistance = np.linalg.norm(position) - 0.99  # its front
+            self.assertLess(np.abs(screenshot(self.view) - first).max(), 4)
+            self.view.CameraFocalDistance = 0
+            setattr(settings, prefix + "FocusMode", "Focal point")
+            self.assertGreater(np.abs(screenshot(self.view) - first).max(), 30)
+            setattr(settings, prefix + "FocusMode", "Surface in the middle")
+            self.assertLess(np.abs(screenshot(self.view) - first).max(), 1)
+
+    def test_hidden_by_and_hiding_a_mesh(self):
+        self.show(self.points)
+        box = simple.Box(XLength=0.5, YLength=0.5, ZLength=0.5, Center=[0, 0, 1.5])
+        simple.Show(box, self.view).DiffuseColor = [0.0, 1.0, 0.0]
+        middle = SIZE // 2
+        self.assertLess(screenshot(self.view)[middle, middle, 0], 5)
+        box.Center = [0, 0, -1.5]
+        self.assertGreater(screenshot(self.view)[middle, middle, 0], 180)
+
+
+class SurfelSplats(EitherView):
+    """Which surfels are drawn, and in which colours, which no view changes."""
+
+    def test_raw_points_are_a_closed_sphere(self):
+        self.show(self.points)
+        seen = screenshot(self.view)
+        # The sphere of radius 1 seen from 5: sin = 1/5.
+        radius = SIZE / 2 / np.tan(np.radians(15)) * np.tan(np.arcsin(0.2))
+        y, x = np.mgrid[0:SIZE, 0:SIZE] + 0.5 - SIZE / 2
+        inside = np.hypot(x, y) < radius - 4
+        self.assertGreater(seen[inside].min(), 40)  # lit from the camera; no holes
+        self.assertEqual(seen[np.hypot(x, y) > radius + 4].max(), 0)
+
+    def test_backs(self):
+        display = self.show(self.points)
+        self.view.CameraPosition, self.view.CameraFocalPoint = (0, 0, 0), (0, 0, -1)
+        self.assertEqual(screenshot(self.view).max(), 0)
+        display.SurfelShowBacks = 1
+        self.assertGreater(screenshot(self.view).min(), 40)
+        display.SurfelShowBacks = 0
+        self.assertEqual(screenshot(self.view).max(), 0)
+
+    def test_surfels_are_drawn_as_they_are(self):
+        self.show(self.points)
+        raw = screenshot(self.view)
+        simple.Hide(self.points, self.view)
+        estimation = simple.SurfelEstimation(Input=self.points)
+        normalization = simple.SurfelNormalization(Input=estimation)
+        self.show(simple.SurfelHierarchy(Input=normalization))
+        self.assertLess(np.abs(screenshot(self.view) - raw).max(), 2)
+
+    def test_colors_by_an_array(self):
+        display = self.show(self.points)
+        simple.ColorBy(display, ("POINTS", "height"))
+        simple.GetColorTransferFunction("height").RGBPoints = [-1, 0, 0, 1, 1, 1, 0, 0]
+        self.view.CameraPosition = [5, 0, 0]
+        self.view.CameraViewUp = [0, 0, 1]
+        seen = screenshot(self.view)
+        column = seen[:, SIZE // 2]
+        self.assertGreater(column[SIZE // 2 + 40, 0], column[SIZE // 2 - 40, 0] + 60)
+        self.assertGreater(column[SIZE // 2 - 40, 2], column[SIZE // 2 + 40, 2] + 20)
+        self.assertEqual(self.view.SMProxy.Pick(SIZE // 2, SIZE // 2), display.SMProxy)
+
+    def test_colors_of_the_data(self):
+        """Are shown as they are; a component of them by a colour map."""
+        write_sphere("colored.vtk", colors=True)
+        display = self.show(simple.LegacyVTKReader(FileNames=["colored.vtk"]))
+        simple.ColorBy(display, ("POINTS", "RGB"))
+        middle = SIZE // 2
+
+        def left_and_right():
+            seen = screenshot(self.view)
+            return seen[middle, middle - 50], seen[middle, middle + 50]
+
+        red, blue = left_and_right()
+        self.assertTrue(red[0] > 100 and red[1:].max() < 20, red)
+        self.assertTrue(blue[2] > 100 and blue[:2].max() < 20, blue)
+        simple.ColorBy(display, ("POINTS", "RGB", "X"))
+        simple.GetColorTransferFunction("RGB").RGBPoints = [0, 1, 1, 0, 255, 0, 1, 0]
+        green, yellow = left_and_right()
+        self.assertTrue(green[1] > 100 and green[0] < 20, green)
+        self.assertTrue(yellow[:2].min() > 100 and yellow[2] < 20, yellow)
 
     def test_faces_of_meshes(self):
         """Of meshes of few vertices the faces are drawn, as by ParaView itself, with what is between
@@ -209,56 +262,9 @@ class SurfelSplats(PluginCase):
             self.assertGreater(screenshot(self.view).max(), 100)
             simple.Hide(source, self.view)
 
-    def test_focus_on_a_point(self):
-        display = self.show(self.points)
-        settings, prefix = ((self.view, "") if self.view_type == "SurfelRenderView"
-                            else (display, "Surfel"))
-        setattr(settings, prefix + "LensMode", "Circle of confusion")
-        setattr(settings, prefix + "CircleOfConfusion", 20)
-        self.view.CameraFocalDistance = 9.0
-        camera = screenshot(self.view)
-        setattr(settings, prefix + "FocusMode", "Point")
-        setattr(settings, prefix + "FocusPoint", [0.3, 0.2, -4.0])
-        self.assertLess(np.abs(screenshot(self.view) - camera).max(), 2)
-        setattr(settings, prefix + "FocusPoint", [0.3, 0.2, 0.0])
-        near = screenshot(self.view)
-        self.assertGreater(np.abs(near - camera).max(), 60)
-        setattr(settings, prefix + "FocusMode", "Center of rotation")
-        self.view.CenterOfRotation = [0.0, 0.0, -4.0]
-        self.assertLess(np.abs(screenshot(self.view) - camera).max(), 2)
-        self.view.CenterOfRotation = [0.0, 0.0, 0.0]
-        self.assertLess(np.abs(screenshot(self.view) - near).max(), 2)
 
-    def test_first_focus_is_on_what_is_seen(self):
-        """Not on the focal point, the centre of the data: on the surface in the middle."""
-        display = self.show(self.points)
-        settings, prefix = ((self.view, "") if self.view_type == "SurfelRenderView"
-                            else (display, "Surfel"))
-        setattr(settings, prefix + "LensMode", "Circle of confusion")
-        setattr(settings, prefix + "CircleOfConfusion", 20)
-        for position in ([0, 0, 5], [4, 0, 0]):
-            self.view.CameraPosition = position
-            first = screenshot(self.view)
-            self.view.CameraFocalDistance = np.linalg.norm(position) - 0.99  # its front
-            self.assertLess(np.abs(screenshot(self.view) - first).max(), 4)
-            self.view.CameraFocalDistance = 0
-            setattr(settings, prefix + "FocusMode", "Focal point")
-            self.assertGreater(np.abs(screenshot(self.view) - first).max(), 30)
-            setattr(settings, prefix + "FocusMode", "Surface in the middle")
-            self.assertLess(np.abs(screenshot(self.view) - first).max(), 1)
-
-    def test_hidden_by_and_hiding_a_mesh(self):
-        self.show(self.points)
-        box = simple.Box(XLength=0.5, YLength=0.5, ZLength=0.5, Center=[0, 0, 1.5])
-        simple.Show(box, self.view).DiffuseColor = [0.0, 1.0, 0.0]
-        middle = SIZE // 2
-        self.assertLess(screenshot(self.view)[middle, middle, 0], 5)
-        box.Center = [0, 0, -1.5]
-        self.assertGreater(screenshot(self.view)[middle, middle, 0], 180)
-
-
-class SurfelRenderView(SurfelSplats):
-    """The same, and meshes through the lens, in the view that has the pass."""
+class SurfelRenderView(EitherView):
+    """Meshes go through the lens, too."""
 
     view_type = "SurfelRenderView"
 

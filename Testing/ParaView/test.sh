@@ -106,28 +106,38 @@ build_plugin() {
   inside cmake --build /build
 }
 
-# Every script runs, also after one that has failed, in one display. Half of the time goes into
-# TestProcesses.py, which waits for servers and ranks: it runs beside the others.
+# Every script runs, also after one that has failed, in one display. Many wait for servers, ranks and
+# windows: three at a time, in folders of their own.
 run_tests() {
   local plugin
   plugin=$(inside find /build -name SurfelSplatting.so)
-  inside env PLUGIN="$plugin" FOLDER=/results EXAMPLES=/source/Examples/ParaView \
+  inside env PLUGIN="$plugin" EXAMPLES=/source/Examples/ParaView \
     SCANS="$([ -d "$scans" ] && echo /scans)" OPENBLAS_NUM_THREADS=1 \
     PYTHONPATH=/source/Testing/ParaView:/source/Testing/Benchmarks:/source/Testing/Shared \
     xvfb-run -n 170 -a "${screen[@]}" bash -c '
       cd /source/Testing/ParaView
-      failed=()
-      # Two of them that make the folder of Open MPI at once fail: this one has its own.
-      TMPDIR=$(mktemp -d) pvpython TestProcesses.py >/results/processes.log 2>&1 &
-      for test in Test*.py; do
-        [ "$test" = TestProcesses.py ] && continue
-        echo "== $test"
-        pvpython "$test" || failed+=("$test")
-      done
-      echo "== TestProcesses.py"
-      wait $! || failed+=(TestProcesses.py)
-      cat /results/processes.log
-      [ ${#failed[@]} -eq 0 ] || { echo "failed: ${failed[*]}" && exit 1; }'
+      run_scripts() { # FOLDER TEST.py...
+        local failed=0
+        # Two processes that make the folder of Open MPI at once fail.
+        export FOLDER=$1 TMPDIR=$(mktemp -d)
+        mkdir -p "$FOLDER"
+        for test in "${@:2}"; do
+          echo "== $test"
+          pvpython "$test" || { failed=1 && echo "failed: $test"; }
+        done
+        return $failed
+      }
+      status=0
+      run_scripts /results/alone TestProcesses.py >/results/processes.log 2>&1 &
+      processes=$!
+      run_scripts /results/views TestSurfelSplats.py TestStates.py >/results/views.log 2>&1 &
+      views=$!
+      shopt -s extglob
+      (run_scripts /results Test!(Processes|SurfelSplats|States).py) || status=1
+      wait $views || status=1
+      wait $processes || status=1
+      cat /results/views.log /results/processes.log
+      exit $status'
 }
 
 compare_with_plain_vtk() {
