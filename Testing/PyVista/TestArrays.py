@@ -4,7 +4,6 @@
 import doctest
 import os
 from pathlib import Path
-import sys
 import tempfile
 import unittest
 from unittest import mock
@@ -15,7 +14,6 @@ from surfelsplatting import (Camera, Lens, arraypictures, lens, render, surfels,
                              write_png)
 from surfelsplatting.backend import vtk
 
-sys.dont_write_bytecode = True
 NAN = float("nan")
 FRONT = Camera(position=(0, 0, 6), focal_point=(0, 0, 0), view_up=(0, 1, 0))
 

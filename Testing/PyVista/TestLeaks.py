@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Twenty plots, opened and closed: neither objects nor memory nor OpenGL's names remain."""
+"""Twelve plots, opened and closed: neither objects nor memory nor OpenGL's names remain."""
 
 import ctypes
 import gc
@@ -12,9 +12,9 @@ import pyvista as pv
 
 from plottercase import FRONT, PlotterCase
 
-PLOTS = 20
+PLOTS = 12
 SETTLED = 5  # plots after which everything that is made once has been made
-GROWTH = 6 * 2**20  # bytes over 15 plots; a window of 480 x 180 alone has 1 MiB of pixels and depths
+GROWTH = 2.5 * 2**20  # bytes over 6 plots, up to 1.6 of which are noise; a window of 480 x 180 alone has 1 MiB of pixels and depths
 GL_OBJECTS = ("Texture", "Framebuffer", "Buffer", "Renderbuffer")
 
 

@@ -7,7 +7,6 @@ import unittest
 
 for name in ("DISPLAY", "WAYLAND_DISPLAY"):
     os.environ.pop(name, None)
-sys.dont_write_bytecode = True
 
 import numpy as np  # noqa: E402
 import pyvista as pv  # noqa: E402
