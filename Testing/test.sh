@@ -9,9 +9,9 @@ if [ -z "${DISPLAY:-}" ]; then
   # The tests of the render pass open windows.
   screen=(xvfb-run -a -s "-screen 0 1280x1024x24 -noreset")
 fi
-# Three at a time, also on two processors: some wait for servers, browsers, disks and downloads.
+# Four at a time, also on two processors: many wait for servers, windows, browsers, disks and downloads.
 status=0
-"${screen[@]}" ctest --test-dir "$build" -j 3 --output-on-failure --no-tests=error \
+"${screen[@]}" ctest --test-dir "$build" -j 4 --output-on-failure --no-tests=error \
   --output-junit "$build/Testing/junit.xml" "$@" || status=$?
 grep -h "^SKIPPED" "$build/Testing/Temporary/LastTest.log" || true
 exit $status

@@ -3,6 +3,7 @@
 
 vtkFixedPointVolumeRayCastMapper interpolates what the normals of the points reflect, takes the view
 direction of the whole camera for all pixels, and clamps and rounds each sample."""
+import functools
 import unittest
 
 import numpy as np
@@ -44,6 +45,13 @@ def bone(specular):
             make_camera(4.3 * DIRECTION, 30))
 
 
+@functools.cache
+def splatted(scene):
+    """-> image, property, camera, Gaussians: several tests draw them"""
+    image, prop, camera = scene(0)
+    return image, prop, camera, splat(image, prop)
+
+
 def make_light(kind):
     light = vtkLight()
     light.SetAmbientColor(1, 1, 1)  # VTK's ray caster multiplies the volume's ambient with it
@@ -71,8 +79,7 @@ class TestShadedVolumes(unittest.TestCase):
         """Measured: layers 35.5 dB, with highlights and a light from the side 31.9; bone 40.5 and 37.5.
         Without shading they have 40.7 and 44.4 dB."""
         for scene, limits in ((layers, (34.5, 30.9)), (bone, (39.5, 36.5))):
-            image, prop, camera = scene(0)
-            data = splat(image, prop)
+            image, prop, camera, data = splatted(scene)
             for specular, kind, limit in zip((0, 0.4), ("head", "side"), limits):
                 prop.SetSpecular(specular)
                 with self.subTest(scene.__name__, light=kind):
@@ -110,8 +117,8 @@ class TestShadedVolumes(unittest.TestCase):
         """Over black against 64 pinholes, blurred by 36 px, a light from the side. Measured with a
         hierarchy: layers 45.8 dB, bone 43.6; without: 46.3, 46.7."""
         for scene, limit in ((layers, 44.4), (bone, 42.5)):
-            image, prop, camera = scene(0.4)
-            data = splat(image, prop)
+            _, prop, camera, data = splatted(scene)
+            prop.SetSpecular(0.4)
             with self.subTest(scene.__name__):
                 leaves, nodes = (shaded(d, prop, make_light("side"))
                                  for d in (data, hierarchy_of(data)))
@@ -128,12 +135,13 @@ class TestShadedVolumes(unittest.TestCase):
 
     def test_without_normals(self):
         """Clouds without the array, and unlit ones, do not depend on lights and material."""
-        image, prop, camera = layers(0.4)
-        data = splat(image, prop)
+        image, prop, camera, data = splatted(layers)
+        prop.SetSpecular(0.4)
         unlit, actor = show(data, [make_light("side")])
         actor.GetProperty().LightingOff()
         expected = picture(unlit, camera, 128, 12)
         prop.ShadeOff()
+        self.addCleanup(prop.ShadeOn)
         plain = splat(image, prop)
         self.assertFalse(plain.GetPointData().HasArray("GaussianNormal"))
         found = picture(shaded(plain, prop, make_light("side")), camera, 128, 12)

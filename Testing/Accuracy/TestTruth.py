@@ -27,11 +27,10 @@ ONE = ("--lens-cells", "1")
 CELLS_FLOORS = {"plane": 46.9, "stanford-bunny": 47.6, "bars": 39.0, "veil": 52.8}  # coc36
 MANY = ("--lens-cells", "19")
 # At coc12 against the own reference: one picture, seven cells and many; what was measured less 0.5.
-# Seven are drawn only where things cover one another: the rest of a picture is as one is, and the
-# plane is all rest. Everywhere they had 60.6, 58.6, 52.7 and 65.6. Many are drawn everywhere.
+# Seven are drawn only where things cover one another: the rest of a picture is as one is.
+# Everywhere they had 52.7 and 65.6. Many are drawn everywhere.
 POINTS = "200"
-OWN_FLOORS = {"plane": (52.8, 53.5, 66.8), "stanford-bunny": (52.9, 53.5, 61.4),
-              "bars": (47.8, 51.7, 60.7), "veil": (59.5, 60.8, 70.9)}
+OWN_FLOORS = {"bars": (47.8, 51.7, 60.7), "veil": (59.5, 60.8, 70.9)}
 
 
 class Truth(ToolCase):
@@ -78,7 +77,8 @@ class Truth(ToolCase):
                 self.assertGreater(value, floor, (scene, view))
                 self.assertGreaterEqual(value, reached[0], (scene, view))
             self.check_cells("n.vtp", scene)
-            self.check_own("n.vtp", scene)
+            if scene in OWN_FLOORS:
+                self.check_own("n.vtp", scene)
 
 
 if __name__ == "__main__":

@@ -22,7 +22,7 @@ from TestFormats import pcd_columns, write_vtp
 from TestReader import write_pcd
 from toolcase import SMALL, ToolCase, content_of, sphere, write, write_ply
 
-ROUNDS = 12  # of damage to each file
+ROUNDS = 8  # of damage to each file
 NO_PICTURE, NO_PROBLEM = 2, 0
 
 

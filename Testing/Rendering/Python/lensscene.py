@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Planes of mesh and of surfels before a camera with a lens, and pictures of them."""
+import functools
 import math
 
 import vtkmodules.vtkRenderingOpenGL2
@@ -45,6 +46,7 @@ def plane(z, half):
     return source
 
 
+@functools.lru_cache(maxsize=None)  # of tens of thousands, each by Python, for several pictures
 def plane_of_surfels(z, half, count, color):
     surfels, step = Surfels(), 2 * half / count
     for i in range(count):
