@@ -12,7 +12,7 @@ from views import plain_view, show_splats
 
 FOLDER = sys.argv[1]
 DATA = os.environ["DATA"]
-CIRCLES_OF_CONFUSION = (0, 4, 12, 36)
+CIRCLES_OF_CONFUSION = (0, 12, 36)
 
 
 def connect_to(port):

@@ -6,6 +6,7 @@ vtk_module_build(
   PACKAGE               SurfelSplatting
   INSTALL_HEADERS       OFF
   LIBRARY_DESTINATION   surfelsplatting)
+set(CVISTA_WRAP_UNITY ON) # the generated files of a module are compiled together
 vtk_module_wrap_python(
   MODULES             ${surfelsplatting_modules}
   INSTALL_HEADERS     OFF
