@@ -7,6 +7,7 @@
 #include "Filters/Common/Intrinsics.h"
 #include "Filters/Common/ParallelFor.h"
 #include "Filters/Common/ParallelMedian.h"
+#include "Filters/Estimation/CloudPlanes.h"
 #include "Filters/Estimation/ColorInterpolation.h"
 #include "Filters/Estimation/IsolatedPoints.h"
 #include "Filters/Estimation/PointPlanes.h"

@@ -89,7 +89,7 @@ bool LeavesPlane(const PointSpread& spread)
 bool IsOffPlane(const PointSpread& spread, int neighbors)
 {
   const double squared = std::pow(spread.Mean.dot(spread.Axes.col(0)), 2);
-  // The area per point of a disc with these variances, see PlaneFit.cxx.
+  // The area per point of a disc with these variances, see PlaneFitter.cxx.
   const double area = 4.0 * Pi * std::sqrt(spread.Variances[1] * spread.Variances[2]) / neighbors;
   return squared > BesidePlane * BesidePlane * spread.Variances[0] &&
     squared > BesidePlaneSpacings * BesidePlaneSpacings * area &&

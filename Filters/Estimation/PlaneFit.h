@@ -1,17 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Tangent plane, spacing and tangential extent of every point from its neighbours.
- *
- * PCL computes the covariance of a neighbourhood and its principal directions: the functions that
- * pcl::NormalEstimation calls, as instances in double. The class itself
- * - computes in float, relative to the cloud's origin. The variances across a line of points, which
- *   decide whether a normal exists, are then noise;
- * - drops the variances, of which spacing and extent are made, and returns one curvature;
- * - takes the same number of neighbours everywhere, and runs without progress and abort.
- *
- * PCL has no area or radius per point: SetExtent computes the area from the variances, and
- * VoronoiCell.h the cell. (pcl::PrincipalCurvaturesEstimation and pcl::RSDEstimation give radii of
- * curvature.)
+ * Tangent plane, spacing and tangential extent of a point, and what they are made from.
  */
 #pragma once
 
@@ -105,11 +94,6 @@ struct FitInput
   }
 };
 
-/// Fits all points. Returns false if stopped.
-/// @param graph filled; if it has the nearest points already, they are used
-bool FitPlanes(
-  const FitInput& input, const StageProgress& progress, PlaneFits& fits, NeighborGraph& graph);
-
 /// A cloud after orientation: it is known which neighbours are on the same sheet.
 struct OrientedCloud
 {
@@ -119,10 +103,4 @@ struct OrientedCloud
   const std::vector<unsigned char>& TwoSided; // [n]
   vtkDataArray* ToScanner;                    // as in FitInput
 };
-
-/// Measures spacing and extent again, from neighbours on the same sheet, at points whose neighbours
-/// are on more than one: on thin plates, and where surfaces cross. Otherwise the points of the
-/// other sheet would count as density. Returns false if stopped.
-bool RefineExtents(const OrientedCloud& oriented, const FitSettings& settings,
-  const StageProgress& progress, PlaneFits& fits);
 }

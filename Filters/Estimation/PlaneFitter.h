@@ -1,6 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * Fits the plane of one point to its neighbours, or to those of one line or sheet.
+ *
+ * PCL computes the covariance of a neighbourhood and its principal directions: the functions that
+ * pcl::NormalEstimation calls, as instances in double. The class itself
+ * - computes in float, relative to the cloud's origin. The variances across a line of points, which
+ *   decide whether a normal exists, are then noise;
+ * - drops the variances, of which spacing and extent are made, and returns one curvature;
+ * - takes the same number of neighbours everywhere, and runs without progress and abort.
+ *
+ * PCL has no area or radius per point: SetExtent computes the area from the variances, and
+ * VoronoiCell.h the cell. (pcl::PrincipalCurvaturesEstimation and pcl::RSDEstimation give radii of
+ * curvature.)
  */
 #pragma once
 

@@ -49,7 +49,7 @@ constexpr double LineReach = 0.6, MostStepsApart = 1.5, MostBehind = 0.25;
 constexpr int SureCuts = 6;
 
 /// The surface ends where the surrounding areas, smoothed by a Gaussian of this many spacings,
-/// cover half of the plane. Areas fitted near a border are a seventh too large (PlaneFit.cxx,
+/// cover half of the plane. Areas fitted near a border are a seventh too large (PlaneFitter.cxx,
 /// SetExtent), hence 0.57 instead of 0.5: squares of regular, jittered and random points then get
 /// their area within 0.3 %.
 constexpr double BorderSmoothing = 1.0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "Filters/Estimation/PlaneFit.h"
+#include "Filters/Estimation/CloudPlanes.h"
 
 #include "Filters/Common/ParallelFor.h"
 #include "Filters/Estimation/LineFits.h"
