@@ -25,8 +25,8 @@ constexpr double NarrowRatio = 0.1;
 /// Below this one, there are a few lines, whose distance is at least twice their pitch.
 constexpr double LongRatio = 0.2;
 
-/// More of a cloud are the lines of a scanner that turns: 15 to 40 % of such scans are on lines, of
-/// others about 0.1 %.
+/// More of a cloud are no rods: of grass 5 to 16 % are on lines, of loose twigs, fences and power
+/// lines 0.7 to 4 %.
 constexpr double MostOfRods = 0.05;
 
 /// The wider neighbourhood: so many points of a sample of one in so many of the cloud.

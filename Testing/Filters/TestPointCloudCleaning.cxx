@@ -373,18 +373,27 @@ TEST_CASE("Boughs")
   CHECK(cleaning->GetNumberOfThickPoints() > 0.5 * needles);
 }
 
+/// 30,000 points of a square in the plane z = 0, a spacing apart on average.
+/// @param noise across it, spacings
+std::vector<Vec> NoisyPlane(double noise, Random& random)
+{
+  std::vector<Vec> points;
+  for (int i = 0; i < 30000; ++i)
+  {
+    points.push_back({ 173.0 * random(), 173.0 * random(), noise * Gaussian(random) });
+  }
+  return points;
+}
+
 /// A noisy wall, and before it boards with the same noise and one colour. The noise of the wall
 /// tells that these are no sheets with more noise: their faces stay apart.
 TEST_CASE("Boards before a noisy wall")
 {
   Random random(8);
   constexpr double noise = 0.15, half = 1.0; // spacings
-  constexpr int wall = 30000, boards = 20, boardPoints = 320;
-  std::vector<Vec> points;
-  for (int i = 0; i < wall; ++i)
-  {
-    points.push_back({ 173.0 * random(), 173.0 * random(), noise * Gaussian(random) });
-  }
+  constexpr int boards = 20, boardPoints = 320;
+  std::vector<Vec> points = NoisyPlane(noise, random);
+  const int wall = static_cast<int>(points.size());
   for (int i = 0; i < boards * boardPoints; ++i)
   {
     const double off = half + noise * Gaussian(random), at = 8.0 * (i / boardPoints);
@@ -413,12 +422,9 @@ TEST_CASE("Wires above a noisy floor")
 {
   Random random(9);
   constexpr double noise = 0.25, half = 0.8, apart = 3.0; // spacings
-  constexpr int floor = 30000, wires = 40, wirePoints = 160;
-  std::vector<Vec> points;
-  for (int i = 0; i < floor; ++i)
-  {
-    points.push_back({ 173.0 * random(), 173.0 * random(), noise * Gaussian(random) });
-  }
+  constexpr int wires = 40, wirePoints = 160;
+  std::vector<Vec> points = NoisyPlane(noise, random);
+  const int floor = static_cast<int>(points.size());
   const auto heightOf = [](int wire) { return 30.0 + (wire % 2 == 0 ? half : -half); };
   for (int i = 0; i < wires * wirePoints; ++i)
   {
