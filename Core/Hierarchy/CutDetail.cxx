@@ -58,7 +58,7 @@ CutDetail::CutDetail(const SurfelCloud& cloud, const CutCamera& camera, const Cu
   // Against all surfels this loses up to 0.11 dB on ray-traced scenes up to 12 px of blur, 0.63 at
   // 36 px; in focus, with about one node per pixel, the picture has 50 dB or more. Shaded volumes
   // lose 1 to 2 dB at 36 px, and 1 more with 0.42 and 0.95.
-  constexpr Shares ofSurfels{ 0.34, 0.80 };
+  constexpr Shares ofSurfels{ 0.36, 0.84 };
   constexpr Shares ofGaussians{ 0.37, 0.90 };
   this->Share = this->InSpace ? ofGaussians : ofSurfels;
   this->Share.OfLens *= settings.BlurGain;
