@@ -187,7 +187,7 @@ bool IsOfLines(const FitInput& input, const Spreads& spreads, const PlaneFits& f
   const auto count = static_cast<vtkIdType>(sample.size());
   ParallelFor(0, count, [&](vtkIdType k, vtkIdType end) {
     PlaneFitter fitter(cloud, input.Tree, input.Settings);
-    Neighbors neighbors;
+    EvenNeighbors neighbors;
     for (; k < end; ++k)
     {
       const int i = sample[static_cast<size_t>(k)];
@@ -205,7 +205,7 @@ bool FitEvenly(
 {
   return ParallelFor(input.Cloud.Size(), progress, [&](vtkIdType begin, vtkIdType end) {
     PlaneFitter fitter(input.Cloud, input.Tree, input.Settings);
-    Neighbors neighbors;
+    EvenNeighbors neighbors;
     for (int i = static_cast<int>(begin); i < end; ++i)
     {
       fitter.FitEvenly(i, input.GivenNormal(i), spreads[i], neighbors, fits[i]);

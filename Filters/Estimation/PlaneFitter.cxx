@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 
 namespace SurfelGeometry
 {
@@ -18,7 +19,7 @@ constexpr int ScannersGrowth = 8;
 
 /// Scales at which lines may be spread evenly: the sixteen nearest of three scanners may be on
 /// lines that have come together by chance.
-constexpr int EvenGrowths[] = { 4, 16 };
+constexpr int EvenGrowths[EvenScales] = { 4, 16 };
 
 /// There the spacing is less than this times that of the scale before, as nothing is between lines.
 constexpr double MostGrown = 1.1;
@@ -116,11 +117,12 @@ void PlaneFitter::FitToLines(int i, const float* given, Neighbors& neighbors, Pl
 }
 
 void PlaneFitter::FitEvenly(
-  int i, const float* given, Spread spread, Neighbors& neighbors, PlaneFit& fit)
+  int i, const float* given, Spread spread, EvenNeighbors& found, PlaneFit& fit)
 {
-  for (const int growth : EvenGrowths)
+  for (std::size_t k = 0; k < EvenScales; ++k)
   {
-    this->Find(i, growth, neighbors);
+    Neighbors& neighbors = found[k];
+    this->Find(i, EvenGrowths[k], neighbors);
     PlaneFit wider = fit;
     const Eigen::Vector3d v = this->FitTo(i, given, neighbors, wider).Variances;
     const Spread wide = SpreadOf(v[1], v[2]);

@@ -19,11 +19,18 @@
 #include "Filters/Estimation/PrincipalPlane.h"
 #include "Filters/Estimation/ScanLines.h"
 
+#include <array>
+#include <cstddef>
 #include <vector>
 
 namespace SurfelGeometry
 {
 class ScannerView;
+
+/// Neighbours at the scales of FitEvenly, each of its own: queries for as many neighbours as the
+/// last one are answered together with it (NeighborSearch.h).
+constexpr std::size_t EvenScales = 2;
+using EvenNeighbors = std::array<Neighbors, EvenScales>;
 
 class PlaneFitter
 {
@@ -64,7 +71,7 @@ public:
   /// Fits point i, of a cloud of scan lines, to more neighbours, until these are spread evenly: not
   /// on one line, nor on several that have come together. Nothing changes where they lie in no
   /// plane.
-  void FitEvenly(int i, const float* given, Spread spread, Neighbors& neighbors, PlaneFit& fit);
+  void FitEvenly(int i, const float* given, Spread spread, EvenNeighbors& found, PlaneFit& fit);
 
   /// Finds the neighbours of the fit and those that are stored, with one query.
   void FindAndKeep(int i, NeighborGraph& graph, Neighbors& neighbors) const;
