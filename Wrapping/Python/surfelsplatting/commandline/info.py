@@ -369,7 +369,7 @@ def _lines(report):
 def info(arguments):
     session = Session(arguments)
     with session.progress_shown():
-        report = _report(session.load(), session)
+        report = _report(session.load(with_note=False), session)
     if arguments.json:
         print(json.dumps(report, indent=1, allow_nan=False))
         return

@@ -103,14 +103,14 @@ class Session:
             turn_outward(cloud)
         return cloud
 
-    def load(self):
-        """-> Cloud, and says how it was read"""
+    def load(self, with_note=True):
+        """-> Cloud, and says how it was read. with_note: also where that was a guess, without -v"""
         path = self.arguments.cloud
         with self.run.stage("read"):
             cloud = self.cloud()
         self.say(f"{path}: {counted(cloud.data.GetNumberOfPoints(), 'points')}"
                  + (f"; {cloud.how}" if cloud.how else ""))
-        if cloud.is_unsure and not self.arguments.verbose:
+        if with_note and cloud.is_unsure and not self.arguments.verbose:
             self.note(cloud.how)
         if not cloud.is_volume and self.arguments.scalars:
             check_scalars(cloud.data, self.arguments.scalars)
