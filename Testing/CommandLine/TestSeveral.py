@@ -67,6 +67,24 @@ class TestSeveral(ToolCase):
         self.refuse("render", "a.csv", "metres.csv", "-o", "out.png",
                     says="a.csv is in degrees, but metres.csv is not")
 
+    def test_files_that_do_not_fit_together_are_named(self):
+        """Metres beside millimetres, or a survey beside a scan in coordinates of its own."""
+        points, _ = sphere(300)
+        for name, places in (("a", points), ("beside", points + (15, 0, 0)), ("row", points + (30, 0, 0)),
+                             ("mm", points * 1000), ("utm", points + (500_000, 5_400_000, 300))):
+            np.savetxt(f"{name}.xyz", places, fmt="%.6f")
+
+        def read_as(*names):
+            return self.report(*(f"{name}.xyz" for name in names))["read_as"]
+
+        self.assertEqual(read_as("a", "row", "beside"), "3 files as one cloud")
+        self.assertEqual(read_as("a", "mm"),
+                         "mm.xyz is 1000 times as large as a.xyz, as if their units differed")
+        self.assertEqual(read_as("a", "beside", "utm"),
+                         "utm.xyz is far away from a.xyz, as if their coordinates differed")
+        said = self.tool("render", "a.xyz", "utm.xyz", *CAMERA, *SMALL, "-o", "out.png")
+        self.assertIn("a.xyz and 1 more: utm.xyz is far away from a.xyz", said)
+
     def test_what_not_all_have_is_left_out_and_said(self):
         points, colors = sphere()
         height = points[:, 2]

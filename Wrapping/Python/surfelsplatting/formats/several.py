@@ -10,6 +10,7 @@ from ..clouds.polydata import polydata_of
 from ..clouds.stations import TO_SCANNER, trusted_places, ways_of
 from ..problems import UserProblem
 from ..vtkarrays import named_array, to_numpy
+from .agreement import doubts
 from .reading import read_cloud
 
 GREY = 204  # of points without colours beside others that have them; such clouds alone are as grey
@@ -122,7 +123,8 @@ def _joined_cloud(clouds):
     left_out = [name for name in _join_arrays(_with_grey(clouds), whole) if name != TO_SCANNER]
     _join_ways(clouds, whole)
     _join_fields(clouds, whole)
-    how = [f"{cloud.path}: {cloud.how}" for cloud in clouds if cloud.is_unsure]
+    how = doubts([cloud.path for cloud in clouds], places)
+    how += [f"{cloud.path}: {cloud.how}" for cloud in clouds if cloud.is_unsure]
     if left_out:
         how.append(f"left out, as not all of the files have them: {', '.join(left_out)}")
     return Cloud(whole, how="; ".join(how) or f"{len(clouds)} files as one cloud",
