@@ -94,6 +94,11 @@ class TestTextClouds(ToolCase):
         np.testing.assert_array_equal(arrays["RGB"], [[10, 20, 30], [40, 50, 60]])
         arrays = self.check_points("1 2 3 10 20 30 900\n4 5 6 40 50 60 -5\n")
         np.testing.assert_array_equal(arrays["intensity"], [900, -5])
+        for row in ("0.25 10 200 30", "10 200 30 0.25"):  # colours of which no two channels are alike
+            arrays = self.check_points(f"1 2 3 {row}\n4 5 6 {row.replace('0.25', '0.5')}\n")
+            np.testing.assert_array_equal(arrays["intensity"], [0.25, 0.5])
+            np.testing.assert_array_equal(arrays["RGB"], [[10, 200, 30]] * 2)
+            self.assertFalse(self.columns.unsure)
         for order in ("{n} {c}", "{c} {n}"):
             row = order.format(n="0 0 -1", c="9 8 7")
             arrays = self.check_points(f"1 2 3 {row}\n4 5 6 {row}\n")
