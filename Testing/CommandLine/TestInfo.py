@@ -33,7 +33,7 @@ class TestInfo(ToolCase):
         self.assertEqual([field["meaning"] for field in report["fields"]], ["colours"])
         text = self.info("ball.ply")
         self.assertIn("3003 points", text)
-        self.assertIn("1 stray point, 1 duplicate (at the place of another point), 1 without finite "
+        self.assertIn("1 stray point, 1 duplicate (at the place of another point), 1 point without finite "
                       "coordinates", text)
         self.assertRegex(text, r"bounds .* y 5333999.50\d* to 5334009.5, z ")
 
@@ -86,7 +86,7 @@ class TestInfo(ToolCase):
         self.assertGreater(found["twin"], 19900)
         text = self.info("two.ply")
         self.assertIn("\nscans    two: the last 20000 points are a second scan", text)
-        self.assertIn("0 duplicates", text)
+        self.assertRegex(text, r"\nleft out nothing\n")
         write_ply("twice.ply", np.concatenate([points, points]))
         found = self.report("twice.ply")["points_found"]
         self.assertEqual((found["duplicate"], found["twin"], found["joined"]), (20000, 0, 0))
@@ -101,9 +101,9 @@ class TestInfo(ToolCase):
         self.assertEqual(ranges["intensity"], [0, 1999])
         self.assertIn("columns x, y, z, intensity, age, by their names", report["read_as"])
         options = [suggestion["options"] for suggestion in report["suggestions"]]
-        self.assertIn("--scalars 'intensity'", options)
+        self.assertIn("--scalars intensity", options)
         self.assertIn("--cleaning off", options)
-        self.assertIn("--scalars 'intensity'", self.info("cloud.csv"))
+        self.assertIn("--scalars intensity", self.info("cloud.csv"))
 
     def test_suggestions_for_large_clouds(self):
         write_ply("ball.ply", *sphere(3000))

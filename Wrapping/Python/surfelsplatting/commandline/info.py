@@ -3,6 +3,7 @@
 
 import json
 import math
+from shlex import quote
 
 import numpy as np
 
@@ -160,7 +161,7 @@ def _volume(cloud, session):
     low, high = np.percentile(found.samples, BULK)
     if 0 < high - low < (found.limits[1] - found.limits[0]) / OUTLYING:
         suggestions.append((f"--range {low:.4g} {high:.4g}", "99 % of the values are there"))
-    suggestions += [(f"--scalars '{name}'", "shows this array")
+    suggestions += [(f"--scalars {quote(name)}", "shows this array")
                     for name in scalar_names(data) if name != found.scalars]
     report["suggestions"] = [{"options": options, "reason": reason}
                              for options, reason in suggestions]
@@ -174,7 +175,7 @@ def _suggestions(report, cloud):
     has_colors = any(field["meaning"] == "colours" for field in report["fields"])
     if scalars and not has_colors:
         name = "intensity" if "intensity" in scalars else scalars[0]
-        found.append((f"--scalars '{name}'", "there are no colours, but there are values"))
+        found.append((f"--scalars {quote(name)}", "there are no colours, but there are values"))
     if "inside" in report:
         found.append((report["inside"], "looks into the room" if report["room"] == "yes" else
                       "looks into it, if it is a room"))
@@ -296,9 +297,10 @@ def _found_lines(report):
         yield "scans", (f"two: the last {found['joined'] + found['twin']} points are a second scan, "
                         f"which moves to the first; {found['twin']} of them fall on points of the "
                         "first and are left out")
-    yield "left out", (f"{counted(found['stray'], 'stray points')}, "
-                       f"{counted(found['duplicate'], 'duplicates')} (at the place of another point), "
-                       f"{found['not_finite']} without finite coordinates")
+    lost = (("stray", "stray points", ""), ("duplicate", "duplicates", " (at the place of another point)"),
+            ("not_finite", "points", " without finite coordinates"))
+    texts = [counted(found[name], things) + more for name, things, more in lost if found[name]]
+    yield "left out", ", ".join(texts) or "nothing"
 
 
 def _gaussian_lines(report):
