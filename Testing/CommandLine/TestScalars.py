@@ -109,6 +109,21 @@ class TestScalars(ToolCase):
             self.assertEqual((self.code, bool(said)), (0, bool(says)), said)
             self.assertIn(says, said)
 
+    def test_outliers_that_take_the_colours(self):
+        """As of reflectors in a laser scan: a range without them is named, unless one is given."""
+        points, colors = sphere(3000)
+        values = 50 + 50 * points[:, :1]
+        self.write("even.xyz", points, values, colors)
+        values[::300] = 60000
+        self.write("far.xyz", points, values, colors)
+        for name, options, is_said in (("even.xyz", (), False), ("far.xyz", (), True),
+                                       ("far.xyz", ("--range", "0", "100"), False)):
+            said = self.tool("render", name, *CAMERA, *SMALL, "--scalars", "intensity", *options, "-o",
+                             "out.png")
+            self.assertEqual("--range" in said, is_said, said)
+        np.savetxt("grey.xyz", np.hstack([points, values]), header="x y z intensity", comments="//")
+        self.assertRegex(self.info("grey.xyz"), r"--scalars intensity --range \S+ \S+ ")
+
     def test_what_is_refused(self):
         for options, says in ((("--scalars", "height"), "'height'; there are intensity, x, y, z"),
                               (("--scalars", "RGB"), "there are no scalars 'RGB'"),

@@ -37,6 +37,9 @@ COLORMAPS = {
 }
 SIZE = 256
 OWN_AXES = ("x", "y", "z")  # scalars that every cloud has: its coordinates
+BULK = (0.5, 99.5)  # percentiles of scalars
+OUTLYING = 4  # times as long as the bulk's is a range of scalars that outliers stretch
+MOST_SAMPLES = 1_000_000  # scalars that tell the bulk
 
 
 def _known(name):
@@ -119,6 +122,18 @@ def range_of(surfels, name):
     values = to_numpy(surfels.GetPointData().GetArray(name))
     values = values[np.isfinite(values)]
     return (float(values.min()), float(values.max())) if len(values) else (0.0, 1.0)
+
+
+def range_without_outliers(values, limits):
+    """-> texts of the smallest and the largest of the bulk of the values, or None where outliers do not
+    stretch their limits"""
+    some = values[::max(1, len(values) // MOST_SAMPLES)]
+    some = some[np.isfinite(some)]
+    if len(some) == 0:
+        return None
+    low, high = np.percentile(some, BULK)
+    is_stretched = 0 < high - low < (limits[1] - limits[0]) / OUTLYING
+    return (f"{low:.4g}", f"{high:.4g}") if is_stretched else None
 
 
 def color_by(mapper, name, colormap="viridis", limits=None):

@@ -11,6 +11,7 @@ from ..clouds.cloud import Cloud, is_hierarchy
 from ..clouds.colors import is_colors
 from ..clouds.stations import TO_SCANNER, scanners_of
 from ..clouds.volumes import scalar_names
+from ..colormaps import range_without_outliers
 from ..formats.sogfiles import bytes_of
 from ..shapes.rooms import is_room, may_be_room
 from ..shapes.samples import Samples
@@ -31,8 +32,6 @@ SHOWN = 0.8  # part of the surface that shows both sides, from which --sides two
 LISTED = 20  # places of scanners
 LONG = 20_000_000  # points that take more than a minute to become surfels
 QUICK = 1_000_000  # points that take seconds
-BULK = (0.5, 99.5)  # percentiles of a volume's scalars
-OUTLYING = 4  # times as long as the bulk's is a range of scalars that outliers stretch
 
 
 def _finite_range(values):
@@ -158,9 +157,9 @@ def _volume(cloud, session):
                    (f"--opacity {found.opacity_text}", "is the default, to be edited"),
                    (f"--unit-distance {found.unit_distance / 2:.4g}",
                     "draws all of it twice as dense")]
-    low, high = np.percentile(found.samples, BULK)
-    if 0 < high - low < (found.limits[1] - found.limits[0]) / OUTLYING:
-        suggestions.append((f"--range {low:.4g} {high:.4g}", "99 % of the values are there"))
+    bulk = range_without_outliers(found.samples, found.limits)
+    if bulk:
+        suggestions.append((f"--range {' '.join(bulk)}", "99 % of the values are there"))
     suggestions += [(f"--scalars {quote(name)}", "shows this array")
                     for name in scalar_names(data) if name != found.scalars]
     report["suggestions"] = [{"options": options, "reason": reason}
@@ -175,7 +174,11 @@ def _suggestions(report, cloud):
     has_colors = any(field["meaning"] == "colours" for field in report["fields"])
     if scalars and not has_colors:
         name = "intensity" if "intensity" in scalars else scalars[0]
-        found.append((f"--scalars {quote(name)}", "there are no colours, but there are values"))
+        values = to_numpy(cloud.data.GetPointData().GetArray(name))
+        bulk = range_without_outliers(values, _finite_range(values) or (0.0, 0.0))
+        within = f" --range {' '.join(bulk)}" if bulk else ""
+        found.append((f"--scalars {quote(name)}{within}", "there are no colours, but there are values"
+                      + (", 99 % of them in this range" if bulk else "")))
     if "inside" in report:
         found.append((report["inside"], "looks into the room" if report["room"] == "yes" else
                       "looks into it, if it is a room"))

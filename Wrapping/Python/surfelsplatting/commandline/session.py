@@ -10,12 +10,13 @@ from ..backend import vtk
 from ..clouds.colors import hides_intensity
 from ..clouds.stations import TO_SCANNER
 from ..clouds.thinning import may_be_thinned, one_of
-from ..colormaps import check_scalars, with_scalars
+from ..colormaps import check_scalars, range_of, range_without_outliers, with_scalars
 from ..formats.several import read_clouds
 from ..shapes.outward import turn_outward
 from ..shapes.precision import why_stepped
 from ..shapes.sensor import keep_sensor
 from ..views.backs import share_facing_away
+from ..vtkarrays import to_numpy
 from ..vtkmessages import VtkMessages
 from .estimation import check_memory, make_hierarchy, make_surfels, without_unused_arrays
 from .interrupts import Interrupts
@@ -168,12 +169,20 @@ class Session:
         for actor in renderer.GetActors():
             actor.GetMapper().ShowBacksOn()
 
+    def _note_outliers(self, surfels, name):
+        values = to_numpy(surfels.GetPointData().GetArray(name))
+        bulk = range_without_outliers(values, range_of(surfels, name))
+        if bulk and not self.arguments.range:
+            self.note(f"99 % of {name} is from {bulk[0]} to {bulk[1]}, and the rest takes most of "
+                      f"the colours; --range {' '.join(bulk)} leaves it out")
+
     def drawable(self, surfels, all_arrays=False):
         """-> the hierarchy of the surfels, or where there is no need of one the surfels; with the
         arrays that a picture needs, or with all"""
         scalars = self.arguments.scalars
         if scalars:
             surfels = with_scalars(surfels, scalars)
+            self._note_outliers(surfels, scalars)
         drawn = surfels if all_arrays else without_unused_arrays(surfels, scalars)
         if not self.needs_hierarchy:
             return drawn
