@@ -83,7 +83,10 @@ class TestBadInput(ToolCase):
     def test_las_says_how_to_convert(self):
         expected = "not a readable" if importlib.util.find_spec("laspy") else "pdal translate"
         self.refuse_cloud(write("scan.las", b"LASF" + b"\0" * 400), expected)
-        self.refuse_cloud(write("scan.laz", b""), expected)
+        for name in ("scan.laz", "scan.e57"):  # as where a server answers that there is no such file
+            self.refuse_cloud(write(name, "<!DOCTYPE html>"), f"{name} is not a readable {name[4:]} file: it "
+                              "begins with b'<!DO")
+            self.refuse_cloud(write(name, b""), f"{name} is empty")
 
     def test_files_that_are_cut_short(self):
         content = content_of("ok.ply")

@@ -25,7 +25,7 @@ def _read_e57_scan(file, index):
 def read_e57_cloud(path):
     """-> vtkPolyData with double points, which know their scanners, and the place of the scanner if it
     was one scan."""
-    pye57 = package_for(path, "pye57", "pye57")
+    pye57 = package_for(path, "pye57", "pye57", b"ASTM-E57")
     try:
         with pye57.E57(path) as file:
             if file.scan_count == 0:

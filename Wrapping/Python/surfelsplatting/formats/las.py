@@ -67,7 +67,7 @@ def _is_in_degrees(header):
 
 def read_las_cloud(path):
     """-> vtkPolyData with double points; longitudes and latitudes become metres (degrees.py)."""
-    laspy = package_for(path, "laspy", "laspy[lazrs]")
+    laspy = package_for(path, "laspy", "laspy[lazrs]", b"LASF")
     _check_decoder(laspy, path)
     try:
         if path.lower().endswith(".laz"):

@@ -2,12 +2,25 @@
 """Python packages that some formats need."""
 
 import importlib
+import os
 
 from ..problems import UserProblem, how_to_install
 
 
-def package_for(path, name, requirement):
-    """-> the package that reads the file; UserProblem if it is not installed. requirement: pip's name of it"""
+def _check_begin(path, begin):
+    with open(path, "rb") as file:
+        found = file.read(len(begin))
+    if found != begin:
+        kind = os.path.splitext(path)[1].lower()
+        raise UserProblem(f"{path} is not a readable {kind} file: it begins with {found!r}, not with {begin!r}; "
+                          "is its name right, and was all of it downloaded?")
+
+
+def package_for(path, name, requirement, begin):
+    """-> the package that reads the file; UserProblem if it is not installed, or if the file is of another
+    kind. requirement: pip's name of the package. begin: the first bytes of such files
+    """
+    _check_begin(path, begin)
     try:
         return importlib.import_module(name)
     except ImportError:

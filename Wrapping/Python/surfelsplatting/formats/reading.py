@@ -258,7 +258,7 @@ def read_cloud(path, messages, progress):
         unknown = f"unknown extension {extension!r}" if extension else "it has no extension"
         raise UserProblem(f"{path}: {unknown}; a point cloud is one of "
                           f"{', '.join(sorted(_READERS))}")
-    if os.path.getsize(path) == 0 and _READERS[extension] not in (_read_las, _read_e57):
+    if os.path.getsize(path) == 0:
         raise UserProblem(f"{path} is empty")
     with np.errstate(all="ignore"):  # casts of damaged values warn
         cloud = _READERS[extension](path, messages, progress)
