@@ -52,8 +52,8 @@ def _of_matplotlib(name):
     try:
         colormaps = importlib.import_module("matplotlib").colormaps
     except ImportError:
-        raise UserProblem(f"the colour map {name!r} needs matplotlib: pip install matplotlib; "
-                          f"without it there are {', '.join(COLORMAPS)}") from None
+        raise UserProblem(f"the colour map {name!r} needs matplotlib: apt install python3-matplotlib, or pip "
+                          f"install matplotlib; without it there are {', '.join(COLORMAPS)}") from None
     if name not in colormaps:
         raise UserProblem(f"matplotlib has no colour map {name!r}; try {', '.join(COLORMAPS)}")
     return colormaps[name](np.linspace(0, 1, SIZE))[:, :3]
