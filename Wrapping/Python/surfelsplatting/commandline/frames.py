@@ -83,7 +83,8 @@ class Frames:
         record = json.loads(json.dumps(record))  # tuples are lists there
         different = sorted(key for key in {*found, *record} if found.get(key) != record.get(key))
         if different:
-            raise UserProblem(f"{self.folder} holds another film: {', '.join(different)} differs; "
+            verb = "differs" if len(different) == 1 else "differ"
+            raise UserProblem(f"{self.folder} holds another film: {', '.join(different)} {verb}; "
                               "remove it, or give another OUT; --resume continues it with the same "
                               "input and options as before")
 
