@@ -330,6 +330,8 @@ class TestRender(unittest.TestCase):
             (ValueError, "view_angle is '30'", lambda: Camera(view_angle="30")),
             (TypeError, "render has no argument 'color'; did you mean 'colors'",
              lambda: render(points, color="red")),
+            (TypeError, r"render has no argument 'blur'; give lens=surfelsplatting.Lens\(coc=",
+             lambda: render(points, blur=10)),
             (TypeError, "points are 'scan.ply'; give an array", lambda: render("scan.ply")),
             (ValueError, "background is", lambda: render(points, background=(1, 0))),
             (ValueError, "255.0; it must be a number from 0 to 1",

@@ -33,6 +33,8 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
 LARGEST_SIDE = 65536  # px
+OF_COMMAND_LINE = {"blur": "give lens=surfelsplatting.Lens(coc=...), the blur of very distant points in pixels",
+                   "colormap": "it is called cmap here", "range": "it is called clim here"}
 
 
 @dataclass(frozen=True)
@@ -172,7 +174,7 @@ def render(points: ArrayLike, *, colors: ArrayLike | None = None, normals: Array
     known = [*render.__kwdefaults__, *make_surfels.__kwdefaults__]
     of_lens = Lens.__dataclass_fields__.keys() & estimation.keys()
     check_names(estimation, known, "render", f"give lens=surfelsplatting.Lens({min(of_lens)}=...)"
-                if of_lens else f"it has {', '.join(known)}")
+                if of_lens else f"it has {', '.join(known)}", OF_COMMAND_LINE)
     lens = _as_lens(lens)
     asked = _as_view(camera, checked_size(size, "size"))
     cloud = polydata_of_arrays(points, colors, normals)
