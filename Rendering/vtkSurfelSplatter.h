@@ -206,7 +206,7 @@ public:
   ///@{
   /**
    * Factor e on the error that the level of detail allows; smaller is more accurate and slower.
-   * With LOD_MOMENTS, the variance of a node on the screen is at most e^2 (0.84^2 h + 0.36^2 V) for
+   * With LOD_MOMENTS, the variance of a node on the screen is at most e^2 (0.84^2 h + 0.37^2 V) for
    * the pixel filter's variance h and the lens blur's variance V, px^2; 0.90 and 0.37 for captures
    * and volumes. With LOD_PAPER, the radius of a node is at most e times the larger one of the
    * circle of confusion and sqrt(h). Default 1, range [0, 100].

@@ -6,7 +6,7 @@
  *
  * There are two rules, both with an error e, 1 by default:
  *
- * - Moments: sigma^2 <= e^2 (0.84^2 h + 0.36^2 V_I), the nodes' variance on the screen
+ * - Moments: sigma^2 <= e^2 (0.84^2 h + 0.37^2 V_I), the nodes' variance on the screen
  *   (NodeExtent::Sigma) against those of pixel filter and lens; 0.90 and 0.37 of Gaussians in
  *   space. Nodes are drawn with their full covariance and a colour gradient. Below the size at
  *   which a node is drawn, its two children merge (CutRange.h). The coarsest level that is fine

@@ -293,7 +293,7 @@ TEST_CASE("Disc edge")
       }
       std::printf("edge, C = %g px%s: off by %.4f at most\n", confusion,
         drawn.Clusters ? ", hierarchy" : "", largest);
-      // Nodes of the default error have about 0.36 of the blur's deviation: so have their borders.
+      // Nodes of the default error have about 0.37 of the blur's deviation: so have their borders.
       CHECK(largest <= (drawn.Clusters ? 0.04 : 0.015));
     }
   }
