@@ -8,6 +8,8 @@
 #include "Filters/Estimation/SteeredPlane.h"
 #include "Filters/Neighbors/SurfaceFold.h"
 
+#include <cmath>
+
 namespace SurfelGeometry
 {
 /// Neighbours whose bisectors may bound a cell. In a random sampling a cell has 6 on average,
@@ -53,6 +55,41 @@ struct FlatSheet
     this->Folds[this->Count] = fold;
     this->Areas[this->Count] = area;
     ++this->Count;
+  }
+
+  /// The direction, a unit vector, in which there are the fewest neighbours; false if all are
+  /// alike.
+  bool FindOutward(double& x, double& y) const
+  {
+    x = y = 0.0;
+    for (int k = 0; k < this->Count; ++k)
+    {
+      x -= this->At[k].X;
+      y -= this->At[k].Y;
+    }
+    const double length = std::sqrt(x * x + y * y);
+    x /= length;
+    y /= length;
+    return length > 0.0;
+  }
+
+  /// By how much the logarithm of the spacing grows in a direction, a unit vector, per spacing:
+  /// the regression over the point and its neighbours.
+  double Growth(double x, double y) const
+  {
+    double ways = 0.0, logs = 0.0, squares = 0.0, products = 0.0;
+    for (int k = 0; k < this->Count; ++k)
+    {
+      const double way = this->At[k].X * x + this->At[k].Y * y;
+      const double log = 0.5 * std::log(static_cast<double>(this->Areas[k]));
+      ways += way;
+      logs += log;
+      squares += way * way;
+      products += way * log;
+    }
+    const double points = this->Count + 1.0;
+    const double spread = squares - ways * ways / points;
+    return spread > 0.0 ? (products - ways * logs / points) / spread : 0.0;
   }
 };
 

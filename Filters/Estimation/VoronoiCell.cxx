@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Estimation/VoronoiCell.h"
 
-#include "Core/Simd/Multiversion.h"
 #include "Filters/Estimation/CellPolygon.h"
 #include "Filters/Estimation/FlatSheet.h"
 #include "Filters/Estimation/NearSheet.h"
@@ -13,7 +12,9 @@
 #include "Filters/Neighbors/SurfaceFold.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 namespace SurfelGeometry
@@ -39,6 +40,15 @@ constexpr double Lookouts[] = { 4.0, 8.0, 16.0 };
 constexpr double LeastSparsity = 1.5;
 constexpr std::size_t FewestSparse = 4; ///< fewer are the end of another thing
 
+/// Where points become sparser towards a void, by so many times on the way over which a cell
+/// reaches, a cell reaches farther by as much, if the void has another side: so many points on the
+/// plane (slope, flatness), in front (squared cosine), at most so many reaches away. Windows stay
+/// open, as the points before them are as dense as others; so do borders.
+constexpr double LeastGrowth = 1.1, FlatAtVoid = 0.03, SlopeOverVoid = 0.15, CosineOverVoid = 0.6,
+                 ReachesOverVoid = 4.0;
+constexpr std::size_t FewestOverVoid = 2;
+constexpr int GrowthSteps = 10;
+
 /// Where a scanner looks along a surface, cells reach this part of the way to its next line, the
 /// corners included; the next is fewer steps away than this, and off the plane by less than this
 /// part of what lies behind the point on the line of sight would be. Of leaves before each other,
@@ -59,36 +69,6 @@ constexpr int BorderSteps = 12;
 /// Both sides of a fold have points within so many spacings of it. With 2, a paw grows onto the
 /// floor beside it, and where both are blurred there is a seam.
 constexpr float CellFoldReach = 1.75f;
-
-/// Bisectors of the nearest neighbours; for SIMD loops.
-struct NearBisectors
-{
-  alignas(32) float SX[NearSheet::Capacity] = {}, SY[NearSheet::Capacity] = {},
-                    SZ[NearSheet::Capacity] = {}; // steering
-  alignas(32) float CutX[NearSheet::Capacity], CutY[NearSheet::Capacity];
-  alignas(32) float Offsets[NearSheet::Capacity];   // see FlatNeighbor
-  alignas(32) float Distances[NearSheet::Capacity]; // squared; infinite: not beside the point
-};
-
-SURFEL_MULTIVERSION void FindBisectors(
-  const NearSheet& near, const SteeredPlane& plane, NearBisectors& s)
-{
-  const Float3 u = plane.U, v = plane.V;
-  for (int k = 0; k < NearSheet::Capacity; ++k)
-  {
-    const float sx = u.X * s.SX[k] + u.Y * s.SY[k] + u.Z * s.SZ[k];
-    const float sy = v.X * s.SX[k] + v.Y * s.SY[k] + v.Z * s.SZ[k];
-    const float squared = s.SX[k] * s.SX[k] + s.SY[k] * s.SY[k] + s.SZ[k] * s.SZ[k];
-    const FlatNeighbor at = PlaceInMetric(plane, near.X[k], near.Y[k], sx, sy, squared);
-    const float length = at.CutX * at.CutX + at.CutY * at.CutY, offset = at.Offset();
-    s.CutX[k] = at.CutX;
-    s.CutY[k] = at.CutY;
-    s.Offsets[k] = offset;
-    // What is not of the sheet is at (0, 0).
-    s.Distances[k] =
-      offset > 0.0f ? offset * offset / length : std::numeric_limits<float>::infinity();
-  }
-}
 
 class CellMeasurer
 {
@@ -151,6 +131,10 @@ private:
         nextLine = squared;
       }
     }
+    if (!this->Fits[i].OnScanLines)
+    {
+      this->Scale = this->GrowthIntoVoid(i, sparsest);
+    }
     const double reach = std::max(this->ReachTo(i, sparsest, MaximumSparsity),
       std::min(LineReach * std::sqrt(nextLine) / this->Fits[i].Spacing, MaximumBeyondGap));
     if (this->CutAndMeasure(i, reach, cell) && this->HaveGap())
@@ -196,6 +180,69 @@ private:
     return this->Scale * CellReach * std::min(sparsest / this->Fits[i].Spacing, most);
   }
 
+  /// How many times as far as others the cell reaches into a void of an uneven sampling, whose
+  /// other side is added to the sheet.
+  double GrowthIntoVoid(int i, double& sparsest)
+  {
+    double x, y;
+    if (!(this->Fits[i].Flatness < FlatAtVoid) || !this->Sheet.FindOutward(x, y))
+    {
+      return 1.0;
+    }
+    const double perReach = CellReach * this->Sheet.Growth(x, y);
+    double growth = 1.0; // = exp(perReach * growth), at most e; above, there is no such number
+    for (int step = 0; step < GrowthSteps; ++step)
+    {
+      growth = std::exp(std::min(1.0, perReach * growth));
+    }
+    return growth > LeastGrowth && this->AddOtherSide(i, { x, y }, growth, sparsest) ? growth : 1.0;
+  }
+
+  /// Adds the other side of a void to the sheet. Returns false if there is none.
+  bool AddOtherSide(int i, const std::array<double, 2>& way, double growth, double& sparsest)
+  {
+    const Vector3 outward = this->Outward(way[0], way[1]);
+    const double most = ReachesOverVoid * CellReach * growth * this->Fits[i].Spacing;
+    const auto isOpposite = [&](int j) {
+      const Vector3 d = this->Between(i, j);
+      const double along = Dot(d, outward), squared = Dot(d, d);
+      const double climb =
+        std::max(std::abs(Dot(d, this->Fits[i].Normal)), std::abs(Dot(d, this->Fits[j].Normal)));
+      return along > 0.0 && along * along > CosineOverVoid * squared && squared < most * most &&
+        climb * climb < SlopeOverVoid * SlopeOverVoid * squared && this->AreOfSheet(i, j, d);
+    };
+    this->Beyond.clear();
+    this->FindBeyond(i, 0.5 * most * outward, isOpposite);
+    this->FindBeyond(i, most * outward, isOpposite);
+    std::sort(this->Beyond.begin(), this->Beyond.end());
+    this->Beyond.erase(std::unique(this->Beyond.begin(), this->Beyond.end()), this->Beyond.end());
+    if (this->Beyond.size() < FewestOverVoid)
+    {
+      return false;
+    }
+    for (const int j : this->Beyond)
+    {
+      this->AddToSheet(i, j, sparsest);
+    }
+    return true;
+  }
+
+  /// Adds the points around a place, relative to point i, that pass a test to those beyond.
+  template <class Test>
+  void FindBeyond(int i, const Vector3& place, Test&& isWanted)
+  {
+    const Vector3 at = Load(this->Cloud.Position(i)) + place;
+    this->Tree.nearestKSearch(pcl::PointXYZ(static_cast<float>(at[0]), static_cast<float>(at[1]),
+                                static_cast<float>(at[2])),
+      CellNeighbors, this->Seen, this->SeenDistances);
+    std::copy_if(this->Seen.begin(), this->Seen.end(), std::back_inserter(this->Beyond), isWanted);
+  }
+
+  Vector3 Outward(double x, double y) const
+  {
+    return Normalized(this->Plane.At(x, y), this->Plane.U);
+  }
+
   /// Whether point j is one of the sparse points beyond a gap, within 60 degrees of its middle.
   bool IsSparse(int i, int j, const Vector3& outward) const
   {
@@ -212,33 +259,23 @@ private:
   void LookAcrossGap(int i, VoronoiCell& cell)
   {
     double x, y;
-    if (!this->FindOutward(x, y))
+    if (!this->Sheet.FindOutward(x, y))
     {
       return;
     }
-    const Vector3 point = Load(this->Cloud.Position(i));
-    const Vector3 outward = Normalized(this->Plane.At(x, y), this->Plane.U);
+    const Vector3 outward = this->Outward(x, y);
     this->Sheet.Count = std::min(this->Sheet.Count, CellNeighbors);
     double sparsest = this->Fits[i].Spacing;
     for (const double distance : Lookouts)
     {
-      const Vector3 place = point + (distance * this->Fits[i].Spacing) * outward;
-      this->Tree.nearestKSearch(pcl::PointXYZ(static_cast<float>(place[0]),
-                                  static_cast<float>(place[1]), static_cast<float>(place[2])),
-        CellNeighbors, this->Seen, this->SeenDistances);
-      this->Sparse.clear();
-      for (const int j : this->Seen)
-      {
-        if (this->IsSparse(i, j, outward))
-        {
-          this->Sparse.push_back(j);
-        }
-      }
-      if (this->Sparse.size() < FewestSparse)
+      this->Beyond.clear();
+      this->FindBeyond(i, (distance * this->Fits[i].Spacing) * outward,
+        [&](int j) { return this->IsSparse(i, j, outward); });
+      if (this->Beyond.size() < FewestSparse)
       {
         continue;
       }
-      for (const int j : this->Sparse)
+      for (const int j : this->Beyond)
       {
         this->AddToSheet(i, j, sparsest);
       }
@@ -473,27 +510,11 @@ private:
     return this->Around.HaveGap();
   }
 
-  /// The direction, a unit vector, in which there are the fewest neighbours; false if all are
-  /// alike.
-  bool FindOutward(double& x, double& y) const
-  {
-    x = y = 0.0;
-    for (int k = 0; k < this->Sheet.Count; ++k)
-    {
-      x -= this->Sheet.At[k].X;
-      y -= this->Sheet.At[k].Y;
-    }
-    const double length = std::sqrt(x * x + y * y);
-    x /= length;
-    y /= length;
-    return length > 0.0;
-  }
-
   /// Cuts the cell where the surface ends on the side without neighbours.
   void CutAtBorder(double reach)
   {
     double outward[2];
-    if (!this->FindOutward(outward[0], outward[1]))
+    if (!this->Sheet.FindOutward(outward[0], outward[1]))
     {
       return;
     }
@@ -535,7 +556,7 @@ private:
   double Scale = 1.0; ///< of an open cell's reach and border
   Neighbors Found;
   pcl::Indices Seen;
-  std::vector<int> Sparse;
+  std::vector<int> Beyond;
   std::vector<float> SeenDistances;
   SteeredPlane Plane;
   NearSheet Near;
