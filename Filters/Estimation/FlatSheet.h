@@ -73,6 +73,28 @@ struct FlatSheet
     return length > 0.0;
   }
 
+  /// The smaller of the principal variances of point and neighbours over the larger one; about 0.28
+  /// of half a disc.
+  double Roundness() const
+  {
+    double sums[2] = {}, xx = 0.0, xy = 0.0, yy = 0.0;
+    for (int k = 0; k < this->Count; ++k)
+    {
+      const double x = this->At[k].X, y = this->At[k].Y;
+      sums[0] += x;
+      sums[1] += y;
+      xx += x * x;
+      xy += x * y;
+      yy += y * y;
+    }
+    const double points = this->Count + 1.0;
+    xx -= sums[0] * sums[0] / points;
+    xy -= sums[0] * sums[1] / points;
+    yy -= sums[1] * sums[1] / points;
+    const double mean = 0.5 * (xx + yy), half = std::sqrt(mean * mean - xx * yy + xy * xy);
+    return mean > 0.0 ? (mean - half) / (mean + half) : 0.0;
+  }
+
   /// By how much the logarithm of the spacing grows in a direction, a unit vector, per spacing:
   /// the regression over the point and its neighbours.
   double Growth(double x, double y) const

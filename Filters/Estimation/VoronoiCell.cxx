@@ -40,14 +40,20 @@ constexpr double Lookouts[] = { 4.0, 8.0, 16.0 };
 constexpr double LeastSparsity = 1.5;
 constexpr std::size_t FewestSparse = 4; ///< fewer are the end of another thing
 
-/// Where points become sparser towards a void, by so many times on the way over which a cell
-/// reaches, a cell reaches farther by as much, if the void has another side: so many points on the
-/// plane (slope, flatness), in front (squared cosine), at most so many reaches away. Windows stay
-/// open, as the points before them are as dense as others; so do borders.
-constexpr double LeastGrowth = 1.1, FlatAtVoid = 0.03, SlopeOverVoid = 0.15, CosineOverVoid = 0.6,
-                 ReachesOverVoid = 4.0;
-constexpr std::size_t FewestOverVoid = 2;
+/// Where points become sparser towards a void, at least so many times on the way over which a cell
+/// reaches, the cell reaches farther by as much. Windows stay open, as the points before them are
+/// as dense as others.
+constexpr double LeastGrowth = 1.1;
 constexpr int GrowthSteps = 10;
+
+/// So far only on surfaces: flatness, share of the near points that are on the sheet, and their
+/// roundness. Twigs that cross, and the bars of a railing, have voids between them, too.
+constexpr double FlatAtVoid = 0.03, ShareOfSheet = 0.95, RoundAtVoid = 0.1;
+
+/// A void has another side, a border has none: so many points, on the plane (slope), in front
+/// (squared cosine), and at most so many reaches away.
+constexpr std::size_t FewestOverVoid = 2;
+constexpr double SlopeOverVoid = 0.15, CosineOverVoid = 0.6, ReachesOverVoid = 4.0;
 
 /// Where a scanner looks along a surface, cells reach this part of the way to its next line, the
 /// corners included; the next is fewer steps away than this, and off the plane by less than this
@@ -118,12 +124,14 @@ private:
     this->Scale = this->Fits[i].OnScanLines ? BetweenLines : 1.0;
     const double step = this->StepOfScanner(i);
     float nextLine = 0.0f; // squared distance
+    int near = 0;
     for (int k = 0; k < this->Found.Count(); ++k)
     {
       const int j = this->Found.Ids[k];
       const float squared = this->Found.SquaredDistances[k];
       if (k < CellNeighbors || this->MayMeet(i, j, squared))
       {
+        ++near;
         this->AddToSheet(i, j, sparsest);
       }
       else if (this->IsNextSeen(i, j, step) && this->AddToSheet(i, j, sparsest))
@@ -131,7 +139,7 @@ private:
         nextLine = squared;
       }
     }
-    if (!this->Fits[i].OnScanLines)
+    if (this->IsOnWideSheet(i, near))
     {
       this->Scale = this->GrowthIntoVoid(i, sparsest);
     }
@@ -180,17 +188,26 @@ private:
     return this->Scale * CellReach * std::min(sparsest / this->Fits[i].Spacing, most);
   }
 
+  /// Whether point i is on a surface rather than on something thin.
+  /// @param near number of points that could have been on its sheet
+  bool IsOnWideSheet(int i, int near) const
+  {
+    const PlaneFit& fit = this->Fits[i];
+    return !fit.OnScanLines && fit.Flatness < FlatAtVoid &&
+      !(this->Sheet.Count < ShareOfSheet * near || this->Sheet.Roundness() < RoundAtVoid);
+  }
+
   /// How many times as far as others the cell reaches into a void of an uneven sampling, whose
   /// other side is added to the sheet.
   double GrowthIntoVoid(int i, double& sparsest)
   {
     double x, y;
-    if (!(this->Fits[i].Flatness < FlatAtVoid) || !this->Sheet.FindOutward(x, y))
+    if (!this->Sheet.FindOutward(x, y))
     {
       return 1.0;
     }
     const double perReach = CellReach * this->Sheet.Growth(x, y);
-    double growth = 1.0; // = exp(perReach * growth), at most e; above, there is no such number
+    double growth = 1.0; // exp(perReach * growth); the largest such number is e
     for (int step = 0; step < GrowthSteps; ++step)
     {
       growth = std::exp(std::min(1.0, perReach * growth));
@@ -209,22 +226,21 @@ private:
       const double climb =
         std::max(std::abs(Dot(d, this->Fits[i].Normal)), std::abs(Dot(d, this->Fits[j].Normal)));
       return along > 0.0 && along * along > CosineOverVoid * squared && squared < most * most &&
+        this->Fits[j].Flatness < FlatAtVoid &&
         climb * climb < SlopeOverVoid * SlopeOverVoid * squared && this->AreOfSheet(i, j, d);
     };
     this->Beyond.clear();
     this->FindBeyond(i, 0.5 * most * outward, isOpposite);
     this->FindBeyond(i, most * outward, isOpposite);
-    std::sort(this->Beyond.begin(), this->Beyond.end());
-    this->Beyond.erase(std::unique(this->Beyond.begin(), this->Beyond.end()), this->Beyond.end());
-    if (this->Beyond.size() < FewestOverVoid)
+    std::vector<int>& ids = this->Beyond;
+    std::sort(ids.begin(), ids.end());
+    ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+    const bool isVoid = ids.size() >= FewestOverVoid;
+    for (std::size_t k = 0; isVoid && k < ids.size(); ++k)
     {
-      return false;
+      this->AddToSheet(i, ids[k], sparsest);
     }
-    for (const int j : this->Beyond)
-    {
-      this->AddToSheet(i, j, sparsest);
-    }
-    return true;
+    return isVoid;
   }
 
   /// Adds the points around a place, relative to point i, that pass a test to those beyond.

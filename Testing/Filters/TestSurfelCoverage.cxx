@@ -99,6 +99,49 @@ TEST_CASE("Step of density")
   }
 }
 
+/// Random points in the square [0, 1]^2, fewer towards a place where there are hardly any: within
+/// its radius the density falls by e^7. If not falling, none are there and as many as elsewhere
+/// around it.
+Sampled MakeVoid(double radius, bool isFalling, Random random)
+{
+  Sampled plane;
+  for (int i = 0; i < 40000; ++i)
+  {
+    const Vec p = { random(), random(), 0.0 };
+    const double x = p[0] - 0.5, y = p[1] - 0.5;
+    const double inside = 1.0 - std::sqrt(x * x + y * y) / radius;
+    if (inside < 0.0 || (isFalling && random() < std::exp(-7.0 * inside)))
+    {
+      plane.Add(p, { 0, 0, 1 });
+    }
+  }
+  return plane;
+}
+
+/// Where points become sparser towards a void, as in scans from photographs of plain walls, it is
+/// one of the sampling. A window has dense points all around.
+TEST_CASE("Voids and windows")
+{
+  const double spacing = 1.0 / 200.0;
+  for (const int seed : { 1, 2, 3, 4, 5 })
+  {
+    Sampled inVoid, inWindow;
+    Random random(seed + 100);
+    for (int i = 0; i < 2000; ++i)
+    {
+      const double x = random.Uniform(-1.0, 1.0), y = random.Uniform(-1.0, 1.0);
+      inVoid.Add({ 0.5 + 0.1 * x, 0.5 + 0.1 * y, 0.0 }, { 0, 0, 1 });
+      inWindow.Add({ 0.5 + spacing * x, 0.5 + spacing * y, 0.0 }, { 0, 0, 1 });
+    }
+    const std::vector<double> sums =
+      SortedSums(MakeVoid(0.2, true, Random(seed)), inVoid, 40.0 * spacing);
+    const auto open = std::count_if(sums.begin(), sums.end(), [](double s) { return s < 0.5; });
+    INFO("seed ", seed, ": ", open, " of ", sums.size(), " places are open");
+    CHECK(open < 100);
+    CHECK(SortedSums(MakeVoid(6.0 * spacing, false, Random(seed)), inWindow, 0.1).back() < 0.05);
+  }
+}
+
 /// A floor in waves, as of a scan from photographs: the square [0, 1]^2 without a disc in its
 /// middle, sampled by scan lines at uneven distances. Its normals are those of the floor without
 /// waves.
