@@ -107,9 +107,10 @@ class TestShadedVolumes(unittest.TestCase):
         air.SetOutputWholeExtent(0, 127, 0, 127, 50, 127)
         air.Update()
         camera = make_camera((1.5, -2.6, -3.2), 30)
+        data = splat(cut.GetOutput(), prop)
         for kind in ("head", "side"):
             expected = cast_rays(air.GetOutput(), prop, camera, SIZE, [make_light(kind)])
-            found = picture(shaded(splat(cut.GetOutput(), prop), prop, make_light(kind)), camera, SIZE)
+            found = picture(shaded(data, prop, make_light(kind)), camera, SIZE)
             with self.subTest(light=kind):
                 self.assertGreater(psnr(over_black(found), over_black(expected)), 32.8)
 

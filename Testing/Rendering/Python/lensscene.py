@@ -101,7 +101,7 @@ def picture(actors, focus, blur, through=True, background=(0.0, 0.0, 0.0), cells
         renderer.SetPass(lens_pass(blur, through, cells))
         renderer.GetPass().GetSplatter().SetLinearLight(linear)
     renderer.ResetCameraClippingRange()
-    for _ in range(2):  # the second frame is kept from the first
+    for _ in range(1 if views else 2):  # the second frame is kept from the first
         window.Render()
     grabbed = vtkWindowToImageFilter()
     grabbed.SetInput(window)
