@@ -14,7 +14,7 @@ ENV = os.environ
 NO_VTK = "-DCMAKE_DISABLE_FIND_PACKAGE_VTK=ON"
 # Quick to compile: how fast it is when optimized is another matter.
 PORTABLE = ("-DCMAKE_SYSTEM_NAME=Linux", "-DCMAKE_SYSTEM_PROCESSOR=portable", "-DCMAKE_BUILD_TYPE=Debug",
-            "-DCMAKE_CXX_FLAGS_DEBUG=-O0")
+            "-DCMAKE_CXX_FLAGS_DEBUG=-O0", "-DCMAKE_UNITY_BUILD_BATCH_SIZE=32")
 
 
 def run(*words, **more):
