@@ -6,7 +6,7 @@ from paraview import simple
 from paraview.numpy_support import vtk_to_numpy
 
 from captures import of_surface, write_ply, write_splat, write_spz
-from plugincase import SIZE, PluginCase, run, screenshot, sphere
+from plugincase import SIZE, PluginCase, screenshot, sphere
 
 RED, BLUE = (0.8, 0.2, 0.1), (0.1, 0.3, 0.9)
 
@@ -54,7 +54,3 @@ class Captures(PluginCase):
         write_spz("ball.spz", ball())
         self.show(simple.OpenDataFile("ball.spz"))
         self.check(screenshot(self.view))
-
-
-if __name__ == "__main__":
-    run(Captures)

@@ -6,7 +6,7 @@ import os
 
 from paraview import simple
 
-from plugincase import PluginCase, run
+from plugincase import PluginCase
 
 
 class LoadedLibrary(ctypes.Structure):
@@ -34,7 +34,3 @@ class Libraries(PluginCase):
         self.assertTrue(any(name.startswith("libpcl_search") for name in loaded), loaded)
         cores = {name for name in loaded if name.startswith("libvtkCommonCore")}
         self.assertEqual(len(cores), 1, cores)
-
-
-if __name__ == "__main__":
-    run(Libraries)

@@ -8,7 +8,7 @@ from paraview.vtk.vtkCommonCore import vtkPoints
 from paraview.vtk.vtkCommonDataModel import vtkPolyData
 from paraview.vtk.vtkIOXML import vtkXMLPolyDataWriter
 
-from plugincase import SIZE, PluginCase, run, screenshot, sphere
+from plugincase import SIZE, PluginCase, screenshot, sphere
 
 
 def write_points(path, points):
@@ -85,7 +85,3 @@ class Pieces(PluginCase):
             self.assertLess(y.max(), 0)
             self.assertTrue(np.all(z < 0) if below else np.all(z > 0))
             simple.ClearSelection(pieces)
-
-
-if __name__ == "__main__":
-    run(Pieces)

@@ -17,7 +17,7 @@ from paraview.numpy_support import numpy_to_vtk, vtk_to_numpy
 from paraview.vtk.vtkCommonCore import vtkPoints
 
 from measures import psnr
-from plugincase import run, sphere
+from plugincase import sphere
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 FOLDER = os.path.join(os.environ["FOLDER"], "processes")
@@ -56,11 +56,12 @@ def read(path):
     return vtk_to_numpy(reader.GetOutput().GetPointData().GetScalars())[:, :3].astype(float)
 
 
-def draw(folder, command, **variables):
+def draw(run, command, *scenes, **variables):
     """Runs scene.py; -> its exit status"""
-    os.makedirs(folder, exist_ok=True)
+    folder = f"{FOLDER}/{run}"
+    os.makedirs(folder)
     done = subprocess.run(
-        [*command, f"{HERE}/scene.py", folder], timeout=TIMEOUT, stdout=subprocess.PIPE,
+        [*command, f"{HERE}/scene.py", folder, *scenes], timeout=TIMEOUT, stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT, text=True, env={**ENVIRONMENT, "DATA": FOLDER, **variables})
     with open(f"{folder}/log.txt", "w") as log:
         log.write(done.stdout)
@@ -84,62 +85,50 @@ class Processes(unittest.TestCase):
         wall[:, 2] = -3.0
         write_pieces("wall", [wall[wall[:, 0] < 0.1], wall[wall[:, 0] >= 0.1]])
         write_pieces("far", [np.empty((0, 3)), sphere(15000, [0.3, 0.2, 1.6], 0.4)])
-        assert draw(f"{FOLDER}/serial", ["pvbatch"]) == 0
-        assert draw(f"{FOLDER}/camera", ["pvbatch"], SCENES="camera") == 0
+        assert draw("serial", ["pvbatch"], "all", "camera") == 0
 
-    def compare(self, folder, serial):
-        names = sorted(name for name in os.listdir(serial) if name.endswith(".png"))
-        self.assertGreater(len(names), 1)
-        for name in names:
-            expected, found = read(f"{serial}/{name}"), read(f"{folder}/{name}")
-            self.assertGreater(expected.std(), 20, name)
-            value = psnr(found, expected, 255)
-            print(f"{os.path.basename(folder)} {name}: {value:.1f} dB, "
-                  f"{np.abs(found - expected).max():.0f} at most", flush=True)
-            self.assertGreater(value, LEAST_PSNR, name)
+    def compare(self, run, *scenes):
+        for scene in scenes:
+            serial = f"{FOLDER}/serial/{'all' if scene == 'all' else 'camera'}"
+            names = sorted(os.listdir(serial))
+            self.assertGreater(len(names), 1)
+            for name in names:
+                expected, found = read(f"{serial}/{name}"), read(f"{FOLDER}/{run}/{scene}/{name}")
+                self.assertGreater(expected.std(), 20, name)
+                value = psnr(found, expected, 255)
+                print(f"{run}, {scene}, {name}: {value:.1f} dB, "
+                      f"{np.abs(found - expected).max():.0f} at most", flush=True)
+                self.assertGreater(value, LEAST_PSNR, (scene, name))
 
     def test_two_ranks(self):
-        folder = f"{FOLDER}/ranks"
-        self.assertEqual(draw(folder, ["mpirun", "-np", "2", "pvbatch"]), 0)
-        self.compare(folder, f"{FOLDER}/serial")
-
-    def test_all_on_the_root(self):
-        folder = f"{FOLDER}/collected"
-        self.assertEqual(draw(folder, ["mpirun", "-np", "2", "pvbatch"], SCENES="camera",
-                              THRESHOLD="1000"), 0)
-        self.compare(folder, f"{FOLDER}/camera")
+        """Each draws its pieces; or all are collected on the root."""
+        scenes = "all", "collected"
+        self.assertEqual(draw("ranks", ["mpirun", "-np", "2", "pvbatch"], *scenes), 0)
+        self.compare("ranks", *scenes)
 
     def test_a_rank_that_dies(self):
         start = time.time()
         # On both ranks the script itself runs.
-        status = draw(f"{FOLDER}/dying", ["mpirun", "-np", "2", "pvbatch", "--symmetric"],
-                      SCENES="camera", DYING="1")
+        status = draw("dying", ["mpirun", "-np", "2", "pvbatch", "--symmetric"], "camera", DYING="1")
         self.assertNotEqual(status, 0)
         self.assertLess(time.time() - start, TIMEOUT / 2)
 
-    def serve(self, folder, command, **variables):
+    def serve(self, run, command, *scenes):
         port = str(free_port())
         server = subprocess.Popen(
             [*command, "pvserver", "--force-offscreen-rendering", f"--server-port={port}",
              "--multi-clients=0"], env=ENVIRONMENT, stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL)
         try:
-            self.assertEqual(
-                draw(folder, ["pvpython"], SCENES="camera", PORT=port, **variables), 0)
+            self.assertEqual(draw(run, ["pvpython"], *scenes, PORT=port), 0)
             server.wait(TIMEOUT)
         finally:
             server.kill()
-        self.compare(folder, f"{FOLDER}/camera")
+        self.compare(run, *scenes)
 
     def test_server_that_renders(self):
-        self.serve(f"{FOLDER}/server", [])
+        self.serve("server", [], "camera")
 
-    def test_two_servers_that_render(self):
-        self.serve(f"{FOLDER}/servers", ["mpirun", "-np", "2"])
-
-    def test_servers_whose_client_renders(self):
-        self.serve(f"{FOLDER}/client", ["mpirun", "-np", "2"], THRESHOLD="1000")
-
-
-if __name__ == "__main__":
-    run(Processes)
+    def test_two_servers(self):
+        """They render; or the client does."""
+        self.serve("servers", ["mpirun", "-np", "2"], "camera", "collected")

@@ -11,8 +11,6 @@ from paraview import simple
 from paraview.vtk.vtkIOImage import vtkPNGReader
 from paraview.numpy_support import vtk_to_numpy
 
-from plugincase import run
-
 sys.path.insert(0, os.environ["EXAMPLES"])
 import depth_of_field
 
@@ -57,7 +55,3 @@ class Scans(unittest.TestCase):
             picture = self.draw(name)
             covered = np.abs(picture - np.array([51, 51, 64])).max(1) > 8
             self.assertGreater(covered.mean(), 0.25, name)
-
-
-if __name__ == "__main__":
-    run(Scans)

@@ -8,7 +8,7 @@ from paraview.vtk.vtkCommonCore import vtkPoints
 from paraview.vtk.vtkCommonDataModel import vtkPolyData
 from paraview.vtk.vtkIOLegacy import vtkPolyDataWriter
 
-from plugincase import PluginCase, run, screenshot, sphere
+from plugincase import PluginCase, screenshot, sphere
 
 COLUMNS, ROWS, FOCAL = 320, 240, 262.5
 STEP = 0.0029  # of 1/z, 1/m, about that of the first Kinect
@@ -135,7 +135,3 @@ class Sensor(PluginCase):
         distance = np.linalg.norm(fetch(surfels)[0], axis=1)
         # Surfels lie on the surface of their normals: 0.0147.
         self.assertGreater(distance[np.abs(distance - 1) < 0.1].std(), 0.013)
-
-
-if __name__ == "__main__":
-    run(Sensor)

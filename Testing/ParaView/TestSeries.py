@@ -5,7 +5,7 @@ import numpy as np
 from paraview import simple
 
 from captures import write_splat
-from plugincase import SIZE, PluginCase, run, screenshot, sphere
+from plugincase import SIZE, PluginCase, screenshot, sphere
 from TestCaptures import ball
 
 RADII = (0.4, 0.8, 1.2)
@@ -57,7 +57,3 @@ class Series(PluginCase):
             capture.scales *= radius
             write_splat(file, capture)
         self.check(files)
-
-
-if __name__ == "__main__":
-    run(Series)

@@ -6,7 +6,7 @@ from paraview import simple
 from paraview.numpy_support import vtk_to_numpy
 from paraview.vtk.vtkCommonCore import vtkOutputWindow
 
-from plugincase import FOCAL_LENGTH, SIZE, PluginCase, run, screenshot, write_sphere
+from plugincase import FOCAL_LENGTH, SIZE, PluginCase, screenshot, write_sphere
 
 
 class Filters(PluginCase):
@@ -27,8 +27,13 @@ class Filters(PluginCase):
             self.assertEqual(simple.Show(surfels, self.view).Representation, "Surfel Splats")
 
 
-class EitherView(PluginCase):
+class EitherView:
     """What depends on whether the representation or the view has the pass."""
+
+    def set_lens(self, display, **settings):
+        owner, prefix = (self.view, "") if self.view_type == "SurfelRenderView" else (display, "Surfel")
+        for name, value in settings.items():
+            setattr(owner, prefix + name, value)
 
     def test_lens_of_the_view_and_of_the_representation(self):
         display = self.show(self.points)
@@ -37,17 +42,13 @@ class EitherView(PluginCase):
         self.view.CameraFocalDistance = 9.0
         # ParaView's focal disk is 1 where nobody has set it.
         self.assertLess(np.abs(screenshot(self.view) - sharp).max(), 2)
-        of_view = self.view_type == "SurfelRenderView"
-        settings, prefix = (self.view, "") if of_view else (display, "Surfel")
-        setattr(settings, prefix + "LensMode", "Camera")
+        self.set_lens(display, LensMode="Camera")
         through_camera = screenshot(self.view)
         self.assertGreater(np.abs(through_camera - sharp).max(), 60)
-        setattr(settings, prefix + "LensMode", "Pinhole")
+        self.set_lens(display, LensMode="Pinhole")
         self.assertLess(np.abs(screenshot(self.view) - sharp).max(), 2)
-        setattr(settings, prefix + "LensMode", "Circle of confusion")
         # The same lens: f R / z_f.
-        setattr(settings, prefix + "CircleOfConfusion",
-                SIZE / 2 / np.tan(np.radians(15)) * 0.3 / 9.0)
+        self.set_lens(display, LensMode="Circle of confusion", CircleOfConfusion=FOCAL_LENGTH * 0.3 / 9.0)
         self.assertLess(np.abs(screenshot(self.view) - through_camera).max(), 2)
 
     def test_selection_gives_the_points_of_the_source(self):
@@ -101,19 +102,15 @@ class EitherView(PluginCase):
 
     def test_focus_on_a_point(self):
         display = self.show(self.points)
-        settings, prefix = ((self.view, "") if self.view_type == "SurfelRenderView"
-                            else (display, "Surfel"))
-        setattr(settings, prefix + "LensMode", "Circle of confusion")
-        setattr(settings, prefix + "CircleOfConfusion", 20)
+        self.set_lens(display, LensMode="Circle of confusion", CircleOfConfusion=20)
         self.view.CameraFocalDistance = 9.0
         camera = screenshot(self.view)
-        setattr(settings, prefix + "FocusMode", "Point")
-        setattr(settings, prefix + "FocusPoint", [0.3, 0.2, -4.0])
+        self.set_lens(display, FocusMode="Point", FocusPoint=[0.3, 0.2, -4.0])
         self.assertLess(np.abs(screenshot(self.view) - camera).max(), 2)
-        setattr(settings, prefix + "FocusPoint", [0.3, 0.2, 0.0])
+        self.set_lens(display, FocusPoint=[0.3, 0.2, 0.0])
         near = screenshot(self.view)
         self.assertGreater(np.abs(near - camera).max(), 60)
-        setattr(settings, prefix + "FocusMode", "Center of rotation")
+        self.set_lens(display, FocusMode="Center of rotation")
         self.view.CenterOfRotation = [0.0, 0.0, -4.0]
         self.assertLess(np.abs(screenshot(self.view) - camera).max(), 2)
         self.view.CenterOfRotation = [0.0, 0.0, 0.0]
@@ -122,19 +119,16 @@ class EitherView(PluginCase):
     def test_first_focus_is_on_what_is_seen(self):
         """Not on the focal point, the centre of the data: on the surface in the middle."""
         display = self.show(self.points)
-        settings, prefix = ((self.view, "") if self.view_type == "SurfelRenderView"
-                            else (display, "Surfel"))
-        setattr(settings, prefix + "LensMode", "Circle of confusion")
-        setattr(settings, prefix + "CircleOfConfusion", 20)
+        self.set_lens(display, LensMode="Circle of confusion", CircleOfConfusion=20)
         for position in ([0, 0, 5], [4, 0, 0]):
             self.view.CameraPosition = position
             first = screenshot(self.view)
             self.view.CameraFocalDistance = np.linalg.norm(position) - 0.99  # its front
             self.assertLess(np.abs(screenshot(self.view) - first).max(), 4)
             self.view.CameraFocalDistance = 0
-            setattr(settings, prefix + "FocusMode", "Focal point")
+            self.set_lens(display, FocusMode="Focal point")
             self.assertGreater(np.abs(screenshot(self.view) - first).max(), 30)
-            setattr(settings, prefix + "FocusMode", "Surface in the middle")
+            self.set_lens(display, FocusMode="Surface in the middle")
             self.assertLess(np.abs(screenshot(self.view) - first).max(), 1)
 
     def test_hidden_by_and_hiding_a_mesh(self):
@@ -147,7 +141,7 @@ class EitherView(PluginCase):
         self.assertGreater(screenshot(self.view)[middle, middle, 0], 180)
 
 
-class SurfelSplats(EitherView):
+class SurfelSplats(EitherView, PluginCase):
     """Which surfels are drawn, and in which colours, which no view changes."""
 
     def test_raw_points_are_a_closed_sphere(self):
@@ -263,7 +257,7 @@ class SurfelSplats(EitherView):
             simple.Hide(source, self.view)
 
 
-class SurfelRenderView(EitherView):
+class SurfelRenderView(EitherView, PluginCase):
     """Meshes go through the lens, too."""
 
     view_type = "SurfelRenderView"
@@ -285,7 +279,3 @@ class SurfelRenderView(EitherView):
             self.assertGreater(self.width_of_edges(), 15, cells)
         self.view.OtherPropsThroughLens = 0
         self.assertLess(self.width_of_edges(), 3)
-
-
-if __name__ == "__main__":
-    run(Filters, SurfelSplats, SurfelRenderView)

@@ -4,7 +4,7 @@
 import numpy as np
 from paraview import simple
 
-from plugincase import PluginCase, run, screenshot
+from plugincase import PluginCase, screenshot
 
 SOFT = [34, 0, 0.5, 0, 160, 0, 0.5, 0, 286, 0.3, 0.5, 0]
 SHELL = [34, 0, 0.5, 0, 140, 0, 0.5, 0, 150, 0.4, 0.5, 0, 160, 0, 0.5, 0, 286, 0, 0.5, 0]
@@ -64,7 +64,3 @@ class Volumes(PluginCase):
         self.assertGreater(screenshot(self.view)[90, 90].min(), 60)
         simple.ColorBy(self.display, ("POINTS", "RTData"))
         np.testing.assert_array_equal(screenshot(self.view)[90, 90], corner)
-
-
-if __name__ == "__main__":
-    run(Volumes)

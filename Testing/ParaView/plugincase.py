@@ -2,7 +2,6 @@
 """What the tests of the plugin share: clouds in files, views, screenshots."""
 
 import os
-import sys
 import unittest
 
 import numpy as np
@@ -75,18 +74,12 @@ class PluginCase(unittest.TestCase):
         self.view = make_view(self.view_type)
 
     def tearDown(self):
-        simple.Delete(self.view)
-        simple.ResetSession()
+        for proxy in [*simple.GetViews(), *simple.GetSources().values()]:
+            simple.Delete(proxy)
+
+    @classmethod
+    def tearDownClass(cls):
+        simple.ResetSession()  # takes as long as most of the cases
 
     def show(self, source):
         return show_splats(source, self.view)
-
-
-def run(*cases):
-    """The test program; pvpython's own end takes no status."""
-    loader = unittest.defaultTestLoader
-    result = unittest.TextTestRunner(verbosity=2).run(unittest.TestSuite(
-        loader.loadTestsFromTestCase(case) for case in cases))
-    sys.stdout.flush()
-    sys.stderr.flush()
-    os._exit(0 if result.wasSuccessful() else 1)

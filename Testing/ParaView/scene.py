@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Draws the scenes of TestProcesses.py into FOLDER: by pvbatch, on one or several ranks, or by
-pvpython as the client of a server (PORT). All pictures are rendered where the pieces are."""
+"""scene.py FOLDER SCENES...: draws those of TestProcesses.py, each in a folder of its own, by pvbatch, on
+one or several ranks, or by pvpython as the client of a server (PORT)."""
 
 import os
 import sys
@@ -10,7 +10,7 @@ from paraview import simple
 
 from views import plain_view, show_splats
 
-FOLDER = sys.argv[1]
+FOLDER, *SCENES = sys.argv[1:]
 DATA = os.environ["DATA"]
 CIRCLES_OF_CONFUSION = (0, 12, 36)
 
@@ -33,21 +33,23 @@ def start():
         simple.LoadPlugin(os.environ["PLUGIN"], remote=True, ns=simple.__dict__)
     simple.LoadPlugin(os.environ["PLUGIN"], remote=False, ns=simple.__dict__)
     simple._DisableFirstRenderCameraReset()
-    simple.GetSettingsProxy("RenderViewSettings").RemoteRenderThreshold = float(
-        os.environ.get("THRESHOLD", "0"))
 
 
-def make_view(kind):
+def make_view(kind, threshold):
     view = plain_view(kind, [0.1, 0.2, 0.3], [0.5, 0.4, 6])
     view.CameraFocalDistance = 5.8
-    view.RemoteRenderThreshold = float(os.environ.get("THRESHOLD", "0"))
+    simple.GetSettingsProxy("RenderViewSettings").RemoteRenderThreshold = threshold
+    view.RemoteRenderThreshold = threshold
     return view
 
 
 class Scene:
-    def __init__(self, kind):
-        self.kind = kind
-        self.view = make_view(kind)
+    """Is rendered where its pieces are if they have more than threshold MB."""
+
+    def __init__(self, kind, folder, threshold=0.0):
+        self.kind, self.folder = kind, f"{FOLDER}/{folder}"
+        os.makedirs(self.folder, exist_ok=True)
+        self.view = make_view(kind, threshold)
         self.displays = {}
         for name, color in (("near", [1, 0.8, 0.6]), ("wall", [0.5, 0.9, 0.6]),
                             ("far", [1, 1, 1])):
@@ -71,11 +73,11 @@ class Scene:
         display.DiffuseColor = display.AmbientColor = [1, 0.2, 0.2]
 
     def save(self, name):
-        simple.SaveScreenshot(f"{FOLDER}/{self.kind}-{name}.png", self.view)
+        simple.SaveScreenshot(f"{self.folder}/{self.kind}-{name}.png", self.view)
 
 
 def draw_all():
-    scene = Scene("RenderView")
+    scene = Scene("RenderView", "all")
     for kind in ("opaque", "translucent", "mesh"):
         scene.displays["near"].Opacity = 0.5 if kind == "translucent" else 1.0
         scene.displays["far"].Opacity = 0.4 if kind == "translucent" else 1.0
@@ -84,7 +86,7 @@ def draw_all():
         for radius in CIRCLES_OF_CONFUSION:
             scene.see_through(radius)
             scene.save(f"{kind}-{radius}")
-    scene = Scene("SurfelRenderView")
+    scene = Scene("SurfelRenderView", "all")
     scene.add_mesh()
     for radius in CIRCLES_OF_CONFUSION:
         scene.see_through(radius)
@@ -93,10 +95,10 @@ def draw_all():
     scene.save("cells")
 
 
-def draw_camera_lens():
+def draw_camera_lens(folder, threshold):
     """The lens that the camera itself has."""
     for kind in ("RenderView", "SurfelRenderView"):
-        scene = Scene(kind)
+        scene = Scene(kind, folder, threshold)
         scene.view.CameraFocalDisk = 0.5
         for display in scene.displays.values():
             display.SurfelLensMode = "Camera"
@@ -105,16 +107,17 @@ def draw_camera_lens():
         scene.save("camera")
 
 
+DRAW = {"all": draw_all,
+        "camera": lambda: draw_camera_lens("camera", 0.0),
+        "collected": lambda: draw_camera_lens("collected", 1000.0)}
 start()
-if os.environ.get("SCENES") == "camera":
-    draw_camera_lens()
-else:
-    draw_all()
+for name in SCENES:
+    DRAW[name]()
 rank = simple.servermanager.vtkProcessModule.GetProcessModule().GetPartitionId()
 if os.environ.get("DYING") == str(rank):
     os._exit(3)
 if os.environ.get("DYING"):
-    draw_camera_lens()
+    DRAW["camera"]()
 os.write(1, b"drawn\n")  # ParaView's own stdout may be lost at the end below
 if os.environ.get("PORT"):
     os._exit(0)

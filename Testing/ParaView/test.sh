@@ -106,8 +106,8 @@ build_plugin() {
   inside cmake --build /build
 }
 
-# Every script runs, also after one that has failed, in one display. Many wait for servers, ranks and
-# windows: three at a time, in folders of their own.
+# All run, also after one that has failed, in one display. Many wait for servers, ranks and windows: three
+# processes at a time, in folders of their own.
 run_tests() {
   local plugin
   plugin=$(inside find /build -name SurfelSplatting.so)
@@ -116,24 +116,20 @@ run_tests() {
     PYTHONPATH=/source/Testing/ParaView:/source/Testing/Benchmarks:/source/Testing/Shared \
     xvfb-run -n 170 -a "${screen[@]}" bash -c '
       cd /source/Testing/ParaView
-      run_scripts() { # FOLDER TEST.py...
-        local failed=0
+      run_tests() { # FOLDER TEST...
         # Two processes that make the folder of Open MPI at once fail.
         export FOLDER=$1 TMPDIR=$(mktemp -d)
         mkdir -p "$FOLDER"
-        for test in "${@:2}"; do
-          echo "== $test"
-          pvpython "$test" || { failed=1 && echo "failed: $test"; }
-        done
-        return $failed
+        pvpython runtests.py "${@:2}"
       }
       status=0
-      run_scripts /results/alone TestProcesses.py >/results/processes.log 2>&1 &
+      run_tests /results/alone TestProcesses >/results/processes.log 2>&1 &
       processes=$!
-      run_scripts /results/views TestSurfelSplats.py TestStates.py >/results/views.log 2>&1 &
+      run_tests /results/views TestSurfelSplats TestStates >/results/views.log 2>&1 &
       views=$!
       shopt -s extglob
-      (run_scripts /results Test!(Processes|SurfelSplats|States).py) || status=1
+      others=(Test!(Processes|SurfelSplats|States).py)
+      (run_tests /results "${others[@]%.py}") || status=1
       wait $views || status=1
       wait $processes || status=1
       cat /results/views.log /results/processes.log
