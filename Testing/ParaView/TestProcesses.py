@@ -79,12 +79,12 @@ class Processes(unittest.TestCase):
     def setUpClass(cls):
         shutil.rmtree(FOLDER, ignore_errors=True)
         os.makedirs(FOLDER)
-        near = sphere(20000, [0, 0, 0], 1.0)
+        near = sphere(10000, [0, 0, 0], 1.0)
         write_pieces("near", [near[0::2], near[1::2]])
-        wall = np.random.default_rng(1).uniform(-4, 4, (40000, 3))
+        wall = np.random.default_rng(1).uniform(-4, 4, (20000, 3))
         wall[:, 2] = -3.0
         write_pieces("wall", [wall[wall[:, 0] < 0.1], wall[wall[:, 0] >= 0.1]])
-        write_pieces("far", [np.empty((0, 3)), sphere(15000, [0.3, 0.2, 1.6], 0.4)])
+        write_pieces("far", [np.empty((0, 3)), sphere(5000, [0.3, 0.2, 1.6], 0.4)])
         assert draw("serial", ["pvbatch"], "all", "camera") == 0
 
     def compare(self, run, *scenes):
