@@ -8,6 +8,7 @@
 #include "Filters/Estimation/SteeredPlane.h"
 #include "Filters/Neighbors/SurfaceFold.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace SurfelGeometry
@@ -27,6 +28,14 @@ constexpr int SheetCapacity = 12 * CellNeighbors;
 /// Cosine of the angle up to which folds have one direction, and standard deviation of the
 /// distances, in spacings, up to which they are one line. Normals with noise give many lines.
 constexpr float FoldCosine = 0.9f, FoldSpread = 0.05f;
+
+/// The surface ends where the surrounding areas, smoothed by a Gaussian of this many spacings,
+/// cover half of the plane. Areas fitted near a border are a seventh too large (PlaneFitter.cxx,
+/// SetExtent), hence 0.57 instead of 0.5: squares of regular, jittered and random points then get
+/// their area within 0.3 %.
+constexpr double BorderSmoothing = 1.0;
+constexpr double BorderCoverage = 0.57;
+constexpr int BorderSteps = 12;
 
 /// What bounds a cell towards a neighbour: the line X x + Y y = Offset.
 struct CellSide
@@ -71,6 +80,19 @@ struct FlatSheet
     x /= length;
     y /= length;
     return length > 0.0;
+  }
+
+  /// Share of the plane around (x, y) that the areas cover, smoothed by so many spacings.
+  double Coverage(double x, double y, double smoothing) const
+  {
+    const double variance = smoothing * smoothing;
+    double sum = std::exp(-0.5 * (x * x + y * y) / variance);
+    for (int k = 0; k < this->Count; ++k)
+    {
+      const double dx = this->At[k].X - x, dy = this->At[k].Y - y;
+      sum += this->Areas[k] * std::exp(-0.5 * (dx * dx + dy * dy) / variance);
+    }
+    return sum / (2.0 * Pi * variance);
   }
 
   /// The smaller of the principal variances of point and neighbours over the larger one; about 0.28
@@ -161,5 +183,26 @@ inline void CutCell(const FlatSheet& sheet, double reach, CellPolygon& cell)
       cell.Cut(x, y, offset);
     }
   }
+}
+
+/// Cuts the cell where the surface ends on the side without neighbours.
+/// @param scale of the smoothing
+inline void CutAtBorder(const FlatSheet& sheet, double reach, double scale, CellPolygon& cell)
+{
+  double x, y;
+  if (!sheet.FindOutward(x, y))
+  {
+    return;
+  }
+  double inside = 0.0, outside = reach;
+  for (int step = 0; step < BorderSteps; ++step)
+  {
+    const double middle = 0.5 * (inside + outside);
+    const bool covered =
+      sheet.Coverage(middle * x, middle * y, scale * BorderSmoothing) >= BorderCoverage;
+    (covered ? inside : outside) = middle;
+  }
+  cell.Cut(
+    static_cast<float>(x), static_cast<float>(y), static_cast<float>(std::max(inside, 0.05)));
 }
 }

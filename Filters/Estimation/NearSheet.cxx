@@ -2,11 +2,8 @@
 #include "Filters/Estimation/NearSheet.h"
 
 #include "Core/Simd/Multiversion.h"
-#include "Filters/Estimation/SteeredPlane.h"
 #include "Filters/Neighbors/LocalCloud.h"
 #include "Filters/Neighbors/SurfaceFold.h"
-
-#include <limits>
 
 namespace SurfelGeometry
 {
@@ -78,25 +75,5 @@ void NearSheet::Load(const OrientedCloud& oriented, const PlaneFits& fits, int i
   this->Loaded = count;
   TangentFrame(fits[i].Normal, this->U, this->V);
   Flatten(raw, fits[i].Normal, this->U, this->V, foldReach, *this);
-}
-
-SURFEL_MULTIVERSION void FindBisectors(
-  const NearSheet& near, const SteeredPlane& plane, NearBisectors& s)
-{
-  const Float3 u = plane.U, v = plane.V;
-  for (int k = 0; k < NearSheet::Capacity; ++k)
-  {
-    const float sx = u.X * s.SX[k] + u.Y * s.SY[k] + u.Z * s.SZ[k];
-    const float sy = v.X * s.SX[k] + v.Y * s.SY[k] + v.Z * s.SZ[k];
-    const float squared = s.SX[k] * s.SX[k] + s.SY[k] * s.SY[k] + s.SZ[k] * s.SZ[k];
-    const FlatNeighbor at = PlaceInMetric(plane, near.X[k], near.Y[k], sx, sy, squared);
-    const float length = at.CutX * at.CutX + at.CutY * at.CutY, offset = at.Offset();
-    s.CutX[k] = at.CutX;
-    s.CutY[k] = at.CutY;
-    s.Offsets[k] = offset;
-    // What is not of the sheet is at (0, 0).
-    s.Distances[k] =
-      offset > 0.0f ? offset * offset / length : std::numeric_limits<float>::infinity();
-  }
 }
 }

@@ -11,8 +11,6 @@
 
 namespace SurfelGeometry
 {
-struct SteeredPlane;
-
 struct NearSheet
 {
   static constexpr int Lanes = 8;
@@ -47,19 +45,6 @@ private:
   Raw Neighbors;  // to clear all lanes for each point would take a third of the time to load them
   int Loaded = 0; // lanes
 };
-
-/// Bisectors of these neighbours, which bound the Voronoi cell of the point.
-struct NearBisectors
-{
-  alignas(32) float SX[NearSheet::Capacity] = {}, SY[NearSheet::Capacity] = {},
-                    SZ[NearSheet::Capacity] = {}; // steering
-  alignas(32) float CutX[NearSheet::Capacity], CutY[NearSheet::Capacity];
-  alignas(32) float Offsets[NearSheet::Capacity];   // see FlatNeighbor
-  alignas(32) float Distances[NearSheet::Capacity]; // squared; infinite: not beside the point
-};
-
-/// @param s with the steering of the neighbours
-void FindBisectors(const NearSheet& near, const SteeredPlane& plane, NearBisectors& s);
 
 /// Sum over all lanes of an array.
 inline float LaneSum(const float* a)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Estimation/VoronoiCell.h"
 
+#include "Core/Simd/Multiversion.h"
 #include "Filters/Estimation/CellPolygon.h"
 #include "Filters/Estimation/FlatSheet.h"
 #include "Filters/Estimation/NearSheet.h"
@@ -64,17 +65,39 @@ constexpr double LineReach = 0.6, MostStepsApart = 1.5, MostBehind = 0.25;
 /// So many of the nearest neighbours cut the cell without asking whether they reach it.
 constexpr int SureCuts = 6;
 
-/// The surface ends where the surrounding areas, smoothed by a Gaussian of this many spacings,
-/// cover half of the plane. Areas fitted near a border are a seventh too large (PlaneFitter.cxx,
-/// SetExtent), hence 0.57 instead of 0.5: squares of regular, jittered and random points then get
-/// their area within 0.3 %.
-constexpr double BorderSmoothing = 1.0;
-constexpr double BorderCoverage = 0.57;
-constexpr int BorderSteps = 12;
-
 /// Both sides of a fold have points within so many spacings of it. With 2, a paw grows onto the
 /// floor beside it, and where both are blurred there is a seam.
 constexpr float CellFoldReach = 1.75f;
+
+/// Bisectors of the nearest neighbours; for SIMD loops.
+struct NearBisectors
+{
+  alignas(32) float SX[NearSheet::Capacity] = {}, SY[NearSheet::Capacity] = {},
+                    SZ[NearSheet::Capacity] = {}; // steering
+  alignas(32) float CutX[NearSheet::Capacity], CutY[NearSheet::Capacity];
+  alignas(32) float Offsets[NearSheet::Capacity];   // see FlatNeighbor
+  alignas(32) float Distances[NearSheet::Capacity]; // squared; infinite: not beside the point
+};
+
+SURFEL_MULTIVERSION void FindBisectors(
+  const NearSheet& near, const SteeredPlane& plane, NearBisectors& s)
+{
+  const Float3 u = plane.U, v = plane.V;
+  for (int k = 0; k < NearSheet::Capacity; ++k)
+  {
+    const float sx = u.X * s.SX[k] + u.Y * s.SY[k] + u.Z * s.SZ[k];
+    const float sy = v.X * s.SX[k] + v.Y * s.SY[k] + v.Z * s.SZ[k];
+    const float squared = s.SX[k] * s.SX[k] + s.SY[k] * s.SY[k] + s.SZ[k] * s.SZ[k];
+    const FlatNeighbor at = PlaceInMetric(plane, near.X[k], near.Y[k], sx, sy, squared);
+    const float length = at.CutX * at.CutX + at.CutY * at.CutY, offset = at.Offset();
+    s.CutX[k] = at.CutX;
+    s.CutY[k] = at.CutY;
+    s.Offsets[k] = offset;
+    // What is not of the sheet is at (0, 0).
+    s.Distances[k] =
+      offset > 0.0f ? offset * offset / length : std::numeric_limits<float>::infinity();
+  }
+}
 
 class CellMeasurer
 {
@@ -313,7 +336,7 @@ private:
     const bool open = this->IsOpen(reach);
     if (open && this->HaveGap())
     {
-      this->CutAtBorder(reach);
+      CutAtBorder(this->Sheet, reach, this->Scale, this->Cell);
     }
     this->MeasureCell(i, cell);
     return open;
@@ -524,40 +547,6 @@ private:
       }
     }
     return this->Around.HaveGap();
-  }
-
-  /// Cuts the cell where the surface ends on the side without neighbours.
-  void CutAtBorder(double reach)
-  {
-    double outward[2];
-    if (!this->Sheet.FindOutward(outward[0], outward[1]))
-    {
-      return;
-    }
-    double inside = 0.0, outside = reach;
-    for (int step = 0; step < BorderSteps; ++step)
-    {
-      const double middle = 0.5 * (inside + outside);
-      const bool covered =
-        this->Coverage(middle * outward[0], middle * outward[1]) >= BorderCoverage;
-      (covered ? inside : outside) = middle;
-    }
-    this->Cell.Cut(static_cast<float>(outward[0]), static_cast<float>(outward[1]),
-      static_cast<float>(std::max(inside, 0.05)));
-  }
-
-  /// Share of the plane around (x, y) that the surrounding areas cover.
-  double Coverage(double x, double y) const
-  {
-    const FlatSheet& sheet = this->Sheet;
-    const double smoothing = this->Scale * BorderSmoothing, variance = smoothing * smoothing;
-    double sum = std::exp(-0.5 * (x * x + y * y) / variance);
-    for (int k = 0; k < sheet.Count; ++k)
-    {
-      const double dx = sheet.At[k].X - x, dy = sheet.At[k].Y - y;
-      sum += sheet.Areas[k] * std::exp(-0.5 * (dx * dx + dy * dy) / variance);
-    }
-    return sum / (2.0 * Pi * variance);
   }
 
   const OrientedCloud& Oriented;
