@@ -33,6 +33,7 @@ class States(PluginCase):
         return [screenshot(view) for view in self.views]
 
     def assert_same(self, before):
+        self.assertEqual(len(simple.GetViews()), 2)  # none of the session before
         views = {view.GetXMLName(): view for view in simple.GetViews()}
         for kind, expected in zip(("RenderView", "SurfelRenderView"), before):
             views[kind].ViewSize = [SIZE, SIZE]

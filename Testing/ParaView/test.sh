@@ -39,7 +39,7 @@ folder=${1:-$root/build/paraview}/$release
 debian=$folder/debian
 scans=$root/../shared/scans
 package=$root/build/lib/python3/dist-packages
-packages=(paraview-dev python3-paraview mpi-default-bin xvfb xauth libgl1-mesa-dri g++ cmake
+packages=(python3-paraview mpi-default-bin xvfb xauth libgl1-mesa-dri g++ cmake
   ninja-build libpcl-search$pcl libboost-dev libflann-dev libeigen3-dev libx11-dev libxcursor-dev
   libgl-dev libopengl-dev libpng-dev zlib1g-dev libopenmpi-dev libfreetype-dev libglew-dev
   python3-dev python3-numpy)
@@ -62,8 +62,9 @@ find_mmdebstrap() {
 }
 
 # Without py3compile packages leave out the compilation of all their Python modules: those that are
-# used are compiled on first use. dpkg does not wait for the disk after each file. libpcl-dev depends
-# on the VTK that python3-paraview conflicts with: only its headers are used.
+# used are compiled on first use. dpkg does not wait for the disk after each file. Two packages are unpacked
+# without what they depend on: libpcl-dev depends on the VTK that python3-paraview conflicts with, and only
+# its headers are used; paraview-dev on Qt's tools, of 240 MB.
 make_debian() {
   [ "$(cat "$debian/complete" 2>/dev/null)" = "${packages[*]}" ] && return
   find_mmdebstrap
@@ -71,7 +72,8 @@ make_debian() {
   mmdebstrap --mode=root --variant=apt --include="${packages[*]}" \
     --dpkgopt='path-exclude=/usr/bin/py3compile' --dpkgopt=force-unsafe-io \
     --customize-hook='chroot "$1" sh -ec "
-      cd /tmp && apt-get download -q libpcl-dev && dpkg -x libpcl-dev_*.deb /opt/pcl"' \
+      cd /tmp && apt-get download -q libpcl-dev paraview-dev
+      dpkg -x libpcl-dev_*.deb /opt/pcl && dpkg -x paraview-dev_*.deb /"' \
     "$release" "$debian" http://deb.debian.org/debian >"$folder/packages.log" 2>&1 ||
     skip "packages could not be installed, see $folder/packages.log"
   echo "${packages[*]}" >"$debian/complete"
