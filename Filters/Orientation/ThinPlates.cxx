@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Orientation/ThinPlates.h"
 
+#include "Filters/Neighbors/LatticeStep.h"
 #include "Filters/Neighbors/LocalCloud.h"
 #include "Filters/Orientation/HeightCuts.h"
 
@@ -24,6 +25,10 @@ constexpr double MaxDeviation = 0.18;
 /// Smallest distance of the sheets, in spacings of both together. Closer ones are noise or
 /// quantised coordinates.
 constexpr double MinGap = 0.7;
+
+/// Smallest distance in steps of the lattice on which the points are, if they are on one: a surface
+/// between two layers of voxels has points in both.
+constexpr double MinSteps = 1.5;
 
 /// The sheets cover each other: largest distance of their centres along the plane, over the rms
 /// distance of the points from the middle. On the two sides of a step it is above 1.
@@ -52,13 +57,14 @@ public:
   }
 
   /// The outward normal in `normal`, if the points are on a plate.
-  bool Find(double spacing, Vector3& normal) const
+  /// @param leastGap smallest distance of its sheets, world units
+  bool Find(double leastGap, Vector3& normal) const
   {
     if (this->Points.Count < 2 * MinOnSheet)
     {
       return false;
     }
-    Split best = this->CutByPlanes(spacing, normal);
+    Split best = this->CutByPlanes(leastGap, normal);
     for (int step = 0; step < Refinements; ++step)
     {
       const Vector3 common = this->CommonNormal(normal, best.Limit);
@@ -71,7 +77,7 @@ public:
       best = split;
       normal = common;
     }
-    if (!AreTwoSheets(best, spacing) || !this->Covers(normal, best.Limit))
+    if (!AreTwoSheets(best, leastGap) || !this->Covers(normal, best.Limit))
     {
       return false;
     }
@@ -80,9 +86,9 @@ public:
   }
 
 private:
-  static bool AreTwoSheets(const Split& split, double spacing)
+  static bool AreTwoSheets(const Split& split, double leastGap)
   {
-    return split.Gap >= MinGap * spacing &&
+    return split.Gap >= leastGap &&
       split.Within <= MaxDeviation * MaxDeviation * split.Gap * split.Gap;
   }
 
@@ -93,13 +99,13 @@ private:
 
   /// The best cut along `normal` and the normals of planes through near neighbours, or the first
   /// one that parts two sheets. Its direction goes to `normal`.
-  Split CutByPlanes(double spacing, Vector3& normal) const
+  Split CutByPlanes(double leastGap, Vector3& normal) const
   {
     std::array<Vector3, MaxCandidates> candidates;
     const int count = this->FindCandidates(normal, candidates);
     std::array<Split, CutLanes> splits;
     Split best;
-    for (int c = 0; c < count && !AreTwoSheets(best, spacing); ++c)
+    for (int c = 0; c < count && !AreTwoSheets(best, leastGap); ++c)
     {
       const int lane = c % CutLanes;
       if (lane == 0)
@@ -189,6 +195,7 @@ private:
 bool TurnPlatesOutward(const LocalCloud& cloud, const NeighborGraph& graph,
   const StageProgress& progress, PlaneFits& fits)
 {
+  const double leastGap = MinSteps * LatticeStep(cloud, graph);
   return ParallelFor(cloud.Size(), progress, [&](vtkIdType begin, vtkIdType end) {
     for (vtkIdType i = begin; i < end; ++i)
     {
@@ -198,7 +205,8 @@ bool TurnPlatesOutward(const LocalCloud& cloud, const NeighborGraph& graph,
         continue;
       }
       Vector3 normal = fit.Normal;
-      if (PlateFit(cloud, static_cast<int>(i), graph.Row(i)).Find(fit.Spacing, normal))
+      if (PlateFit(cloud, static_cast<int>(i), graph.Row(i))
+            .Find(std::max(leastGap, MinGap * fit.Spacing), normal))
       {
         fit.Normal = normal;
         fit.OnPlate = true;

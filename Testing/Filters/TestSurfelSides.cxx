@@ -210,11 +210,11 @@ TEST_CASE("Leaves")
   }
 }
 
-/// A noisy sheet is not a leaf, and neither is a step.
+/// A noisy sheet is not a leaf, neither is a step, nor a sheet between two layers of voxels.
 TEST_CASE("Not leaves")
 {
   Random random(1);
-  Sampled noisy, step;
+  Sampled noisy, step, voxels;
   for (int x = 0; x < 80; ++x)
   {
     for (int y = 0; y < 80; ++y)
@@ -223,9 +223,16 @@ TEST_CASE("Not leaves")
       const double noise = random() + random() + random() - 1.5; // half a spacing
       noisy.Add({ u, v, noise }, { 0, 0, 1 });
       step.Add({ u, v, u > 40.0 ? 0.9 : 0.0 }, { 0, 0, 1 });
+      for (const int layer : { 0, 1 })
+      {
+        if (random() < 0.9)
+        {
+          voxels.Add({ 100 + 0.05 * x, -30 + 0.05 * y, 7 + 0.05 * layer }, { 0, 0, 1 });
+        }
+      }
     }
   }
-  for (const Sampled& surface : { noisy, step })
+  for (const Sampled& surface : { noisy, step, voxels })
   {
     vtkNew<vtkSurfelEstimation> estimation;
     estimation->SetInputData(ToPolyData(surface.Points));
