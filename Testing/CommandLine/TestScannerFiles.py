@@ -171,10 +171,11 @@ class TestE57(ToolCase):
 
 class TestWithoutPackages(ToolCase):
     def test_says_what_to_install(self):
-        for missing, extension, requirement in ((["laspy"], "las", "laspy[lazrs]"),
-                                                (["lazrs", "laszip"], "laz", "laspy[lazrs]"),
-                                                (["pye57"], "e57", "pye57")):
-            write(f"scan.{extension}", b"LASF")
+        for missing, extension, requirement, begin in (
+                (["laspy"], "las", "laspy[lazrs]", b"LASF"),
+                (["lazrs", "laszip"], "laz", "laspy[lazrs]", b"LASF"),
+                (["pye57"], "e57", "pye57", b"ASTM-E57")):
+            write(f"scan.{extension}", begin)
             code = (f"import sys; sys.modules.update(dict.fromkeys({missing})); sys.argv = "
                     f"['surfelsplat', 'render', 'scan.{extension}', '-o', 'out.png']\n"
                     "from surfelsplatting.commandline import main; sys.exit(main())")

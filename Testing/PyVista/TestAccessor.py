@@ -85,9 +85,9 @@ class TestAccessor(PlotterCase):
     def test_las_and_e57_files(self):
         points = depth_image().astype(float) + [4.5e5, 5.4e6, 0]
         with tempfile.TemporaryDirectory() as folder:
-            for extension, package, write in ((".las", "laspy", write_las),
-                                              (".laz", "laspy", write_las),
-                                              (".e57", "pye57", write_e57)):
+            for extension, package, write, begin in ((".las", "laspy", write_las, b"LASF"),
+                                                     (".laz", "laspy", write_las, b"LASF"),
+                                                     (".e57", "pye57", write_e57, b"ASTM-E57")):
                 path = os.path.join(folder, "wall" + extension)
                 with self.subTest(extension):
                     if importlib.util.find_spec(package):
@@ -95,7 +95,9 @@ class TestAccessor(PlotterCase):
                         cloud = pv.read(path)
                         np.testing.assert_allclose(cloud.points, points, atol=1e-3)
                     else:
-                        with open(path, "wb"), self.assertRaisesRegex(ValueError, "pip install"):
+                        with open(path, "wb") as file:
+                            file.write(begin)
+                        with self.assertRaisesRegex(ValueError, "pip install"):
                             pv.read(path)
 
     def test_tables(self):
