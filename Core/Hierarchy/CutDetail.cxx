@@ -57,7 +57,7 @@ CutDetail::CutDetail(const SurfelCloud& cloud, const CutCamera& camera, const Cu
 {
   // Against all surfels this loses up to 0.15 dB on ray-traced scenes up to 12 px of blur, 0.92 at
   // 36 px; in focus, with about one node per pixel, the picture has 50 dB or more. With 0.34 and
-  // 0.80 the loss was 0.11 and 0.63, and blurred frames took 6 % longer. Shaded volumes lose 1 to 2
+  // 0.80 the loss was 0.11 and 0.63, and blurred frames took 5 % longer. Shaded volumes lose 1 to 2
   // dB at 36 px, and 1 more with 0.42 and 0.95.
   constexpr Shares ofSurfels{ 0.37, 0.84 };
   constexpr Shares ofGaussians{ 0.37, 0.90 };

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Cleaning/CleaningProblem.h"
 
-#include "Filters/Common/Hash.h"
+#include <algorithm>
 
 namespace SurfelGeometry
 {
@@ -12,14 +12,9 @@ vtkIdType CleaningProblem::Total() const
 
 std::vector<int> CleaningProblem::Samples(double share) const
 {
-  std::vector<int> samples;
-  for (int i = 0; i < this->Cloud().Size(); ++i)
-  {
-    if (this->IsOwn(i) && Hash(static_cast<std::uint64_t>(this->Cloud().SampleId(i))) < share)
-    {
-      samples.push_back(i);
-    }
-  }
+  std::vector<int> samples = SamplePoints(this->Cloud(), share);
+  const auto isOfOthers = [this](int i) { return !this->IsOwn(i); };
+  samples.erase(std::remove_if(samples.begin(), samples.end(), isOfOthers), samples.end());
   return samples;
 }
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Estimation/LineFits.h"
 
-#include "Filters/Common/Hash.h"
 #include "Filters/Common/Median.h"
 #include "Filters/Common/ParallelFor.h"
 #include "Filters/Estimation/PlaneFitter.h"
@@ -11,7 +10,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cstddef>
-#include <cstdint>
 #include <iterator>
 #include <limits>
 #include <vector>
@@ -175,14 +173,7 @@ void BoundBesideRods(const LocalCloud& cloud, const std::vector<int>& points,
 bool IsOfLines(const FitInput& input, const Spreads& spreads, const PlaneFits& fits)
 {
   const LocalCloud& cloud = input.Cloud;
-  std::vector<int> sample;
-  for (int i = 0; i < cloud.Size(); ++i)
-  {
-    if (Hash(static_cast<std::uint64_t>(cloud.SampleId(i))) * cloud.Size() < JudgedPoints)
-    {
-      sample.push_back(i);
-    }
-  }
+  const std::vector<int> sample = SamplePoints(cloud, JudgedPoints / cloud.Size());
   std::atomic<vtkIdType> uneven{ 0 };
   const auto count = static_cast<vtkIdType>(sample.size());
   ParallelFor(0, count, [&](vtkIdType k, vtkIdType end) {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Estimation/ScanLines.h"
 
-#include "Filters/Common/Hash.h"
 #include "Filters/Estimation/PrincipalPlane.h"
 #include "Filters/Neighbors/LocalCloud.h"
 #include "Filters/Neighbors/NeighborGraph.h"
@@ -9,7 +8,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <cstdint>
 #include <iterator>
 
 namespace SurfelGeometry
@@ -144,14 +142,11 @@ ScanLines::ScanLines(const LocalCloud& cloud, const Spreads& spreads)
 
 void ScanLines::MakeSample()
 {
-  for (int i = 0; i < this->Cloud.Size() && !this->Lines.empty(); ++i)
+  for (const int i : SamplePoints(this->Cloud, this->Lines.empty() ? 0.0 : SampledShare))
   {
-    if (Hash(static_cast<std::uint64_t>(this->Cloud.SampleId(i))) < SampledShare)
-    {
-      const float* p = this->Cloud.Position(i);
-      this->Positions.insert(this->Positions.end(), p, p + 3);
-      this->AreLong.push_back(this->Of[i] != Spread::Round ? 1 : 0);
-    }
+    const float* p = this->Cloud.Position(i);
+    this->Positions.insert(this->Positions.end(), p, p + 3);
+    this->AreLong.push_back(this->Of[i] != Spread::Round ? 1 : 0);
   }
   const int samples = static_cast<int>(this->AreLong.size());
   if (samples >= FewestSamples)

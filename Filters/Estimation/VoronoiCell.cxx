@@ -258,12 +258,15 @@ private:
     std::vector<int>& ids = this->Beyond;
     std::sort(ids.begin(), ids.end());
     ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
-    const bool isVoid = ids.size() >= FewestOverVoid;
-    for (std::size_t k = 0; isVoid && k < ids.size(); ++k)
+    if (ids.size() < FewestOverVoid)
     {
-      this->AddToSheet(i, ids[k], sparsest);
+      return false;
     }
-    return isVoid;
+    for (const int j : ids)
+    {
+      this->AddToSheet(i, j, sparsest);
+    }
+    return true;
   }
 
   /// Adds the points around a place, relative to point i, that pass a test to those beyond.

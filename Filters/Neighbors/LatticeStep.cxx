@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Neighbors/LatticeStep.h"
 
-#include "Filters/Common/Hash.h"
 #include "Filters/Neighbors/LocalCloud.h"
 #include "Filters/Neighbors/NeighborGraph.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
 #include <vector>
 
 namespace SurfelGeometry
@@ -24,17 +22,13 @@ constexpr double LeastStep = 1e-3;
 /// By how much of a step a point of a lattice may be off it.
 constexpr double LatticeTolerance = 0.02;
 
-/// Ways from sampled points to their stored neighbours, along the axes.
+/// Ways from sampled points to their stored neighbours, along the axes; as many of each.
 std::array<std::vector<double>, 3> WaysToNeighbors(
   const LocalCloud& cloud, const NeighborGraph& graph)
 {
   std::array<std::vector<double>, 3> ways;
-  for (int i = 0; i < cloud.Size(); ++i)
+  for (const int i : SamplePoints(cloud, LatticeSample / cloud.Size()))
   {
-    if (Hash(static_cast<std::uint64_t>(cloud.SampleId(i))) * cloud.Size() >= LatticeSample)
-    {
-      continue;
-    }
     const int* row = graph.Row(i);
     for (int k = 0; k < CountIds(row, KeptNeighbors); ++k)
     {
@@ -68,13 +62,14 @@ double CommonStep(const std::vector<double>& ways, double least)
 double LatticeStep(const LocalCloud& cloud, const NeighborGraph& graph)
 {
   const std::array<std::vector<double>, 3> ways = WaysToNeighbors(cloud, graph);
-  double longest = 0.0;
+  double longest = 0.0, largest = 0.0;
   for (const std::vector<double>& along : ways)
   {
-    longest =
-      along.empty() ? 0.0 : std::max(longest, *std::max_element(along.begin(), along.end()));
+    for (const double way : along)
+    {
+      longest = std::max(longest, way);
+    }
   }
-  double largest = 0.0;
   for (const std::vector<double>& along : ways)
   {
     const double step = CommonStep(along, LeastStep * longest);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Neighbors/LocalCloud.h"
 
+#include "Filters/Common/Hash.h"
 #include "Filters/Common/ParallelFor.h"
 #include "Filters/Neighbors/MortonGrid.h"
 
@@ -243,6 +244,19 @@ void GatherCloud(vtkPoints* points, const double inputOrigin[3], LocalCloud& clo
       std::copy_n(positions.data() + 3 * from, 3, cloud.Positions.data() + 3 * i);
     }
   });
+}
+
+std::vector<int> SamplePoints(const LocalCloud& cloud, double share)
+{
+  std::vector<int> sample;
+  for (int i = 0; i < cloud.Size(); ++i)
+  {
+    if (Hash(static_cast<std::uint64_t>(cloud.SampleId(i))) < share)
+    {
+      sample.push_back(i);
+    }
+  }
+  return sample;
 }
 
 std::vector<int> OrderOfInput(const LocalCloud& cloud, const std::vector<char>& kept)

@@ -63,6 +63,10 @@ void PlaceAbout(vtkPoints* points, const double inputOrigin[3], const double ori
 vtkIdType PlacePoints(
   vtkPoints* points, const double inputOrigin[3], double origin[3], std::vector<float>& positions);
 
+/// A random sample, the same in every run and in every part of a cloud.
+/// @param share of the points, about; from 1 on all of them
+std::vector<int> SamplePoints(const LocalCloud& cloud, double share);
+
 /// For the kept points of the input, one after another: their index in the cloud.
 /// @param kept [input points] 1: the point is in the cloud
 std::vector<int> OrderOfInput(const LocalCloud& cloud, const std::vector<char>& kept);

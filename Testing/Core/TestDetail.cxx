@@ -157,7 +157,8 @@ TEST_CASE("One long leaf")
     SplatContext context;
     context.Camera = PinholeView(96, 96, f);
     // A node of 2 x 2 leaves has the deviation 0.71 d along both axes, 0.84 d by the norm.
-    context.Cut.Error = 1.2 * 0.84 * d * f / (0.84 * z);
+    constexpr double deviation = 0.84 * d, ofPixel = 0.84; // CutDetail's share
+    context.Cut.Error = 1.2 * deviation * f / (ofPixel * z);
     Splatter splatter;
     Picture picture(96, 96);
     splatter.Render(context, { hierarchy.Get() }, SerialExecutor(), picture.Get());
