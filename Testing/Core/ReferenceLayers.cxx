@@ -24,7 +24,7 @@ double ReferenceLargestCover(double centroid)
 }
 
 /// That of the layer's centroid without the excess over full coverage; less of it near the centre,
-/// up to 0.9.
+/// up to 0.85.
 double ReferenceLayers::LargestCover() const
 {
   if (this->Lens.Radius == 0.0 || this->Weight == 0.0)
@@ -35,7 +35,7 @@ double ReferenceLayers::LargestCover() const
   const double moment = std::hypot(this->Fill[0], this->Fill[1]);
   const double centroid = std::max(0.0, moment - 0.5 * excess) / std::min(1.0, this->Weight);
   return ReferenceLargestCover(
-    std::min(std::pow(centroid, 3) / (centroid * centroid + 0.0016), 0.9));
+    std::min(std::pow(centroid, 3) / (centroid * centroid + 0.0016), 0.85));
 }
 
 double ReferenceLayers::VisibleShare() const
@@ -57,7 +57,7 @@ void ReferenceLayers::Prepare(const ReferenceFragment& f)
     const double z = 0.5 * (f.Near + f.Far);
     const double blur =
       this->Lens.Radius * std::abs(z - this->Lens.FocalDistance) / this->Lens.FocalDistance;
-    const double band = std::max(0.5 * blur + f.Far - f.Near, 1e-30);
+    const double band = std::max(0.3 * blur + f.Far - f.Near, 1e-30);
     const double gap = (1.0 - left) * std::min(behind / band, 64.0);
     const bool leaks = gap > 1.0 / 32.0;
     if (leaks)

@@ -252,8 +252,9 @@ void CompareScene(const Scene& scene)
   CHECK(worst.Color <= shortCut + (zero ? 0.002 : 0.001) / 255.0);
   CHECK(worst.Undecided <= 0.02 * size + 1);
   // Surfels behind another sheet come out of the order of their near depths, so that short cuts
-  // decide about the depths of more pixels: 207 of 4096, and 178 where all come in order.
-  CHECK(worst.Undecided + worst.DepthUndecided <= (shortCut > 0.0 ? 0.051 : 0.02) * size + 1);
+  // decide about the depths of more pixels: 213 of 4096 (with bands of half the blur, whose layers
+  // leak less often, 207, and 178 where all come in order).
+  CHECK(worst.Undecided + worst.DepthUndecided <= (shortCut > 0.0 ? 0.053 : 0.02) * size + 1);
   CHECK(alpha > 0.05 * size); // a scene that shows something
 }
 }
