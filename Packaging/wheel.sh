@@ -3,7 +3,7 @@
 # Makes dist/surfelsplatting-*.whl: installs missing packages, builds, and puts the libraries that
 # other machines lack into the wheel. What was compiled stays in build/wheel.
 #
-#   bash Packaging/wheel.sh [--core PREFIX]      links the core installed there, compiles none
+#   bash Packaging/wheel.sh [--core PREFIX]      links what is installed there of core and filters
 #
 # Ends with 77 if there is no interpreter for it.
 set -euo pipefail

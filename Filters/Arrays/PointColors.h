@@ -7,13 +7,13 @@
 #include "Filters/Common/RawVector.h"
 #include "Filters/Neighbors/LocalCloud.h"
 
-#include "vtkSmartPointer.h"
-
 #include <vector>
 
 class vtkDataArray;
 class vtkPointSet;
 class vtkUnsignedCharArray;
+template <class Object>
+class vtkSmartPointer;
 
 namespace SurfelGeometry
 {

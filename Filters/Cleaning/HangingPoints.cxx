@@ -4,11 +4,10 @@
 #include "Filters/Cleaning/CleaningProblem.h"
 #include "Filters/Cleaning/LocalQuadric.h"
 #include "Filters/Cleaning/PointSpread.h"
+#include "Filters/Common/ArrayTuples.h"
 #include "Filters/Common/ParallelFor.h"
 #include "Filters/Neighbors/NeighborGraph.h"
 #include "Filters/Neighbors/NeighborSearch.h"
-
-#include "vtkDataArray.h"
 
 #include <algorithm>
 #include <cmath>
@@ -74,7 +73,7 @@ Eigen::Vector3d WayOf(const LocalCloud& cloud, int i, vtkDataArray* toScanner)
   double way[3] = { NAN, NAN, NAN };
   if (toScanner)
   {
-    toScanner->GetTuple(cloud.InputIds[i], way);
+    ReadTuple(toScanner, cloud.InputIds[i], way);
   }
   return Eigen::Vector3f(way[0], way[1], way[2]).cast<double>();
 }

@@ -2,8 +2,7 @@
 #include "Filters/Cleaning/LocalQuadric.h"
 
 #include "Core/Simd/Multiversion.h"
-
-#include "vtkDataArray.h"
+#include "Filters/Common/ArrayTuples.h"
 
 #include <pcl/surface/impl/mls.hpp>
 
@@ -130,9 +129,9 @@ struct Curvatures
 
 Vector3 SampledColors::Get(int i) const
 {
-  const vtkIdType id = this->Cloud.InputIds[static_cast<size_t>(i)];
-  return { this->Array->GetComponent(id, 0), this->Array->GetComponent(id, 1),
-    this->Array->GetComponent(id, 2) };
+  double color[4]; // with an opacity perhaps
+  ReadTuple(this->Array, this->Cloud.InputIds[static_cast<size_t>(i)], color);
+  return { color[0], color[1], color[2] };
 }
 
 double SpacingOf(const Neighbors& neighbors)

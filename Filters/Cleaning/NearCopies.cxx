@@ -2,9 +2,8 @@
 #include "Filters/Cleaning/NearCopies.h"
 
 #include "Filters/Cleaning/CleaningProblem.h"
+#include "Filters/Common/ArrayTuples.h"
 #include "Filters/Neighbors/Neighbors.h"
-
-#include "vtkDataArray.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -69,8 +68,8 @@ private:
     }
     const LocalCloud& cloud = this->Problem.Cloud();
     double a[3], b[3];
-    this->Normals->GetTuple(cloud.InputIds[i], a);
-    this->Normals->GetTuple(cloud.InputIds[j], b);
+    ReadTuple(this->Normals, cloud.InputIds[i], a);
+    ReadTuple(this->Normals, cloud.InputIds[j], b);
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] < 0.0;
   }
 

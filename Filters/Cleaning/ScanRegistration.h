@@ -14,9 +14,8 @@
 #pragma once
 
 #include "Filters/Cleaning/ScanDistance.h"
+#include "Filters/Common/IdType.h"
 #include "Filters/Common/StageProgress.h"
-
-#include "vtkType.h"
 
 #include <optional>
 #include <vector>

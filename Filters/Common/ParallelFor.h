@@ -6,25 +6,26 @@
 #pragma once
 
 #include "Core/Base/Executor.h"
-
-#include "vtkSMPTools.h"
-#include "vtkType.h"
+#include "Filters/Common/IdType.h"
 
 namespace SurfelGeometry
 {
-/// Calls body(begin, end) over [first, last) in pieces of about grain elements; 0: VTK decides.
+/// Calls body(begin, end) over [first, last), which are not negative, in pieces of about grain
+/// elements; 0: VTK decides. VTKCalls.cxx has it.
 /// @throw what one of the calls has thrown, when all have ended
+void RunLoop(
+  vtkIdType first, vtkIdType last, vtkIdType grain, const SurfelSplatting::RangeFunction& body);
+
 template <typename Body>
-void ParallelFor(vtkIdType first, vtkIdType last, vtkIdType grain, Body&& body)
+void ParallelFor(vtkIdType first, vtkIdType last, vtkIdType grain, const Body& body)
 {
-  SurfelSplatting::ExceptionCarrier carrier;
-  vtkSMPTools::For(first, last, grain,
-    [&](vtkIdType begin, vtkIdType end) { carrier.Run([&] { body(begin, end); }); });
-  carrier.Rethrow();
+  RunLoop(first, last, grain, [&body](std::size_t begin, std::size_t end) {
+    body(static_cast<vtkIdType>(begin), static_cast<vtkIdType>(end));
+  });
 }
 
 template <typename Body>
-void ParallelFor(vtkIdType first, vtkIdType last, Body&& body)
+void ParallelFor(vtkIdType first, vtkIdType last, const Body& body)
 {
   ParallelFor(first, last, 0, body);
 }

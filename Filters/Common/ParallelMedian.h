@@ -6,12 +6,11 @@
 
 #include "Filters/Common/ParallelFor.h"
 
-#include "vtkSMPThreadLocal.h"
-
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <mutex>
 #include <vector>
 
 namespace SurfelGeometry
@@ -31,25 +30,24 @@ template <typename ValueOf>
 float ParallelMedian(vtkIdType count, const ValueOf& valueOf)
 {
   constexpr std::size_t bins = 1 << 15;
-  vtkSMPThreadLocal<std::vector<vtkIdType>> parts{ std::vector<vtkIdType>(bins, 0) };
-  ParallelFor(0, count, [&](vtkIdType i, vtkIdType end) {
-    std::vector<vtkIdType>& sizes = parts.Local();
+  constexpr vtkIdType grain = 1 << 17; // several times the bins
+  std::mutex mutex;
+  std::vector<vtkIdType> sizes(bins, 0);
+  ParallelFor(0, count, grain, [&](vtkIdType i, vtkIdType end) {
+    std::vector<vtkIdType> part(bins, 0);
     for (; i < end; ++i)
     {
       const float value = valueOf(i);
       if (value >= 0.0f)
       {
-        ++sizes[MedianBin(value)];
+        ++part[MedianBin(value)];
       }
     }
-  });
-  std::vector<vtkIdType> sizes(bins, 0);
-  vtkIdType total = 0;
-  for (const std::vector<vtkIdType>& part : parts)
-  {
+    const std::lock_guard<std::mutex> lock(mutex);
     std::transform(sizes.begin(), sizes.end(), part.begin(), sizes.begin(),
       [](vtkIdType a, vtkIdType b) { return a + b; });
-  }
+  });
+  vtkIdType total = 0;
   for (const vtkIdType size : sizes)
   {
     total += size;
@@ -64,23 +62,20 @@ float ParallelMedian(vtkIdType count, const ValueOf& valueOf)
   {
     rank -= sizes[bin];
   }
-  vtkSMPThreadLocal<std::vector<float>> found;
-  ParallelFor(0, count, [&](vtkIdType i, vtkIdType end) {
-    std::vector<float>& mine = found.Local();
+  std::vector<float> values;
+  ParallelFor(0, count, grain, [&](vtkIdType i, vtkIdType end) {
+    std::vector<float> part;
     for (; i < end; ++i)
     {
       const float value = valueOf(i);
       if (value >= 0.0f && MedianBin(value) == bin)
       {
-        mine.push_back(value);
+        part.push_back(value);
       }
     }
-  });
-  std::vector<float> values;
-  for (const std::vector<float>& part : found)
-  {
+    const std::lock_guard<std::mutex> lock(mutex);
     values.insert(values.end(), part.begin(), part.end());
-  }
+  });
   std::nth_element(values.begin(), values.begin() + rank, values.end());
   return values[static_cast<std::size_t>(rank)];
 }

@@ -6,10 +6,9 @@
 
 #include "Filters/Common/ParallelFor.h"
 
-#include "vtkAlgorithm.h"
-#include "vtkVersionMacros.h"
-
 #include <algorithm>
+
+class vtkAlgorithm;
 
 namespace SurfelGeometry
 {
@@ -31,20 +30,8 @@ public:
     return StageProgress(this->Algorithm, this->From + from * length, this->From + to * length);
   }
 
-  /// Reports the finished fraction of the stage. Returns false on an abort.
-  bool Step(double fraction) const
-  {
-    if (!this->Algorithm)
-    {
-      return true;
-    }
-    this->Algorithm->UpdateProgress(this->From + fraction * (this->To - this->From));
-#if VTK_MAJOR_VERSION > 9 || (VTK_MAJOR_VERSION == 9 && VTK_MINOR_VERSION >= 3)
-    return !this->Algorithm->CheckAbort();
-#else
-    return !this->Algorithm->GetAbortExecute();
-#endif
-  }
+  /// Reports the finished fraction of the stage. Returns false on an abort. VTKCalls.cxx has it.
+  bool Step(double fraction) const;
 
 private:
   vtkAlgorithm* Algorithm; // null: no reports
@@ -55,7 +42,7 @@ private:
 /// Calls body(begin, end) over [0, count) in parallel. Between blocks, the calling thread reports
 /// progress and checks for an abort. Returns false if stopped.
 template <typename Body>
-bool ParallelFor(vtkIdType count, const StageProgress& progress, Body&& body)
+bool ParallelFor(vtkIdType count, const StageProgress& progress, const Body& body)
 {
   constexpr vtkIdType block = 1 << 18; // a tenth of a second or two
   constexpr vtkIdType grain = 1 << 10;

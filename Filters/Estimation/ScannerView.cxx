@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Estimation/ScannerView.h"
 
+#include "Filters/Common/ArrayTuples.h"
 #include "Filters/Estimation/ScanLines.h"
 #include "Filters/Neighbors/LocalCloud.h"
 #include "Filters/Neighbors/Neighbors.h"
-
-#include "vtkDataArray.h"
 
 #include <algorithm>
 #include <cmath>
@@ -29,7 +28,7 @@ constexpr double NearestLine = 0.5, FarthestLine = 2.0;
 bool ScannerView::GetScanner(int j, Vector3& scanner) const
 {
   double way[3];
-  this->ToScanner->GetTuple(this->Cloud.InputIds[j], way);
+  ReadTuple(this->ToScanner, this->Cloud.InputIds[j], way);
   const double squared = way[0] * way[0] + way[1] * way[1] + way[2] * way[2];
   scanner = Load(this->Cloud.Position(j)) + Vector3{ way[0], way[1], way[2] };
   return squared > 0.0 && std::isfinite(squared);

@@ -5,9 +5,8 @@
  */
 #pragma once
 
+#include "Filters/Common/IdType.h"
 #include "Filters/Common/RawVector.h"
-
-#include "vtkType.h"
 
 #include <cstddef>
 #include <vector>

@@ -5,9 +5,7 @@
 
 #include <flann/algorithms/dist.h>
 #include <flann/algorithms/kdtree_single_index.h>
-#ifdef SURFELSPLATTING_PCL_BY_HEADERS
 #include <pcl/search/impl/search.hpp>
-#endif
 
 #include <algorithm>
 #include <cmath>
@@ -179,7 +177,7 @@ public:
 
   float worstDist() const override { return this->SquaredReach; }
 
-  void addPoint(float vtkNotUsed(squaredDistance), size_t id) override
+  void addPoint(float /*squaredDistance*/, size_t id) override
   {
     if (this->Points.Size() < this->Most)
     {

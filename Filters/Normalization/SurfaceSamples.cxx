@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Normalization/SurfaceSamples.h"
 
+#include "Core/Base/Pool.h"
 #include "Core/Simd/Multiversion.h"
 #include "Filters/Common/Hash.h"
 #include "Filters/Common/Intrinsics.h"
@@ -12,12 +13,11 @@
 #include "Filters/Neighbors/NeighborSearch.h"
 #include "Filters/Normalization/OwnerSheet.h"
 
-#include "vtkSMPThreadLocal.h"
-
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <utility>
 
 namespace SurfelGeometry
@@ -461,18 +461,17 @@ bool MakeSamples(const WeightProblem& problem, const StageProgress& progress,
   const auto blockCount = static_cast<vtkIdType>(surface.Blocks.size());
   const vtkIdType stride = std::max(1, (1 << 18) / size); // blocks between two checks for an abort
   // Kept from one range of blocks to the next: fresh memory takes time.
-  using Worker = std::pair<Sampler, SampleBlock>;
-  vtkSMPThreadLocal<std::shared_ptr<Worker>> workers;
+  SurfelSplatting::Pool<std::optional<std::pair<Sampler, SampleBlock>>> workers;
   for (vtkIdType first = 0; first < blockCount; first += stride)
   {
     const vtkIdType last = std::min(first + stride, blockCount);
     ParallelFor(first, last, 1, [&](vtkIdType b, vtkIdType end) {
-      std::shared_ptr<Worker>& worker = workers.Local();
-      if (!worker)
+      const decltype(workers)::Loan worker(workers);
+      if (!*worker)
       {
-        worker = std::make_shared<Worker>(Sampler(problem, tree.get()), SampleBlock());
+        worker->emplace(Sampler(problem, tree.get()), SampleBlock());
       }
-      auto& [sampler, block] = *worker;
+      auto& [sampler, block] = **worker;
       for (; b < end; ++b)
       {
         const int from = static_cast<int>(b) * size;

@@ -4,9 +4,8 @@
  */
 #pragma once
 
+#include "Filters/Common/IdType.h"
 #include "Filters/Common/VectorMath.h"
-
-#include "vtkType.h"
 
 #include <algorithm>
 #include <functional>

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Orientation/ScannerSides.h"
 
+#include "Filters/Common/ArrayTuples.h"
 #include "Filters/Common/ParallelFor.h"
 #include "Filters/Common/ParityUnionFind.h"
 #include "Filters/Neighbors/LocalCloud.h"
-
-#include "vtkDataArray.h"
 
 #include <algorithm>
 #include <cmath>
@@ -37,7 +36,7 @@ std::vector<float> FaceScanners(const LocalCloud& cloud, vtkDataArray* toScanner
     for (vtkIdType i = begin; i < end; ++i)
     {
       double way[3];
-      toScanner->GetTuple(cloud.InputIds[i], way);
+      ReadTuple(toScanner, cloud.InputIds[i], way);
       const double length = std::hypot(way[0], way[1], way[2]);
       if (!(length > 0.0) || !std::isfinite(length))
       {

@@ -4,7 +4,7 @@
  */
 #pragma once
 
-#include "vtkType.h"
+#include "Filters/Common/IdType.h"
 
 #include <limits>
 #include <vector>

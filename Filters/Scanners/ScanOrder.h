@@ -8,7 +8,7 @@
  */
 #pragma once
 
-#include "vtkType.h"
+#include "Filters/Common/IdType.h"
 
 #include <vector>
 

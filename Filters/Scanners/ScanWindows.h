@@ -7,9 +7,9 @@
  */
 #pragma once
 
-#include <Eigen/Core>
+#include "Filters/Common/IdType.h"
 
-#include "vtkType.h"
+#include <Eigen/Core>
 
 #include <array>
 #include <vector>
