@@ -6,7 +6,8 @@
 #   bash Testing/ParaView/test.sh [--release 12|13|bookworm|trixie] [--core PREFIX] [FOLDER]   as root
 #
 # The release is by default the one this machine runs, 13 on other systems; FOLDER is build/paraview.
-# The plugin links the core that this machine has installed in PREFIX if the releases are the same.
+# The plugin links the core and the filters' code for points that this machine has installed in PREFIX if the
+# releases are the same.
 # Real scans come from ../shared/scans beside the checkout. If the project is built in build/, their
 # pictures are compared with plain VTK's. Exit status 77: skipped, with a reason.
 set -euo pipefail
@@ -27,8 +28,8 @@ while [[ ${1:-} == --* ]]; do
   shift $(($# > 1 ? 2 : 1))
 done
 case $release in
-  12 | bookworm) release=bookworm pcl=1.13 ;;
-  13 | trixie) release=trixie pcl=1.15 ;;
+  12 | bookworm) release=bookworm ;;
+  13 | trixie) release=trixie ;;
   *)
     echo "test.sh: --release $release: must be 12, 13, bookworm or trixie" >&2
     exit 2
@@ -40,7 +41,7 @@ debian=$folder/debian
 scans=$root/../shared/scans
 package=$root/build/lib/python3/dist-packages
 packages=(python3-paraview mpi-default-bin xvfb xauth libgl1-mesa-dri g++ cmake
-  ninja-build libpcl-search$pcl libboost-dev libflann-dev libeigen3-dev libx11-dev libxcursor-dev
+  ninja-build libboost-dev libflann-dev libeigen3-dev libx11-dev libxcursor-dev
   libgl-dev libopengl-dev libpng-dev zlib1g-dev libopenmpi-dev libfreetype-dev libglew-dev
   python3-dev python3-numpy)
 # Without -noreset the server ends between windows now and then.
@@ -62,7 +63,8 @@ find_mmdebstrap() {
 }
 
 # Without py3compile packages leave out the compilation of all their Python modules: those that are
-# used are compiled on first use. dpkg does not wait for the disk after each file. Two packages are unpacked
+# used are compiled on first use. dpkg does not wait for the disk after each file. It is told both inside:
+# mmdebstrap would start a filter for each package that it unpacks. Two packages are unpacked
 # without what they depend on: libpcl-dev depends on the VTK that python3-paraview conflicts with, and only
 # its headers are used; paraview-dev on Qt's tools, of 240 MB.
 make_debian() {
@@ -70,7 +72,7 @@ make_debian() {
   find_mmdebstrap
   rm -rf "$debian"
   mmdebstrap --mode=root --variant=apt --include="${packages[*]}" \
-    --dpkgopt='path-exclude=/usr/bin/py3compile' --dpkgopt=force-unsafe-io \
+    --extract-hook='printf "path-exclude=/usr/bin/py3compile\nforce-unsafe-io\n" >"$1/etc/dpkg/dpkg.cfg.d/quick"' \
     --customize-hook='chroot "$1" sh -ec "
       cd /tmp && apt-get download -q libpcl-dev paraview-dev
       dpkg -x libpcl-dev_*.deb /opt/pcl && dpkg -x paraview-dev_*.deb /"' \

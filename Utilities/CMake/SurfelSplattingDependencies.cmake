@@ -20,9 +20,9 @@ find_package(VTK 9.1 REQUIRED COMPONENTS ${surfelsplatting_vtk_components}
   OPTIONAL_COMPONENTS glad glew opengl)
 
 find_package(Eigen3 REQUIRED NO_MODULE)
-set(pcl_components common)
+set(pcl_components common search) # search for FLANN, which it finds
 if (SURFELSPLATTING_BUILD_TESTING)
-  list(APPEND pcl_components search kdtree octree features filters io)
+  list(APPEND pcl_components kdtree octree features filters io)
 endif ()
 find_package(PCL 1.13 QUIET REQUIRED COMPONENTS ${pcl_components})
 # The parser of .ply files, for which PCL's configuration has no target.
