@@ -8,6 +8,8 @@
 #include "Core/Base/Executor.h"
 #include "Filters/Common/IdType.h"
 
+#include <cstddef>
+
 namespace SurfelGeometry
 {
 /// Calls body(begin, end) over [first, last), which are not negative, in pieces of about grain

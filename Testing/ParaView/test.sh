@@ -64,7 +64,8 @@ find_mmdebstrap() {
 
 # Without py3compile packages leave out the compilation of all their Python modules: those that are
 # used are compiled on first use. dpkg does not wait for the disk after each file. It is told both inside:
-# mmdebstrap would start a filter for each package that it unpacks. Two packages are unpacked
+# mmdebstrap would start a filter for each package that it unpacks. An empty package stands for those of
+# ParaView's plots and web servers, which come with 90 others. Two packages are unpacked
 # without what they depend on: libpcl-dev depends on the VTK that python3-paraview conflicts with, and only
 # its headers are used; paraview-dev on Qt's tools, of 240 MB.
 make_debian() {
@@ -73,6 +74,11 @@ make_debian() {
   rm -rf "$debian"
   mmdebstrap --mode=root --variant=apt --include="${packages[*]}" \
     --extract-hook='printf "path-exclude=/usr/bin/py3compile\nforce-unsafe-io\n" >"$1/etc/dpkg/dpkg.cfg.d/quick"' \
+    --essential-hook='chroot "$1" sh -ec "
+      mkdir -p /tmp/unused/DEBIAN && cd /tmp/unused
+      printf \"Package: unused\nVersion: 1\nArchitecture: all\nMaintainer: nobody\nDescription: empty\n\" >DEBIAN/control
+      echo Provides: python3-matplotlib, python3-twisted, python3-autobahn >>DEBIAN/control
+      dpkg-deb -b . ../unused.deb && dpkg -i ../unused.deb"' \
     --customize-hook='chroot "$1" sh -ec "
       cd /tmp && apt-get download -q libpcl-dev paraview-dev
       dpkg -x libpcl-dev_*.deb /opt/pcl && dpkg -x paraview-dev_*.deb /"' \
