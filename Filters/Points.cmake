@@ -87,11 +87,3 @@ list(TRANSFORM exact PREPEND "${CMAKE_CURRENT_LIST_DIR}/")
 set_source_files_properties("${CMAKE_CURRENT_LIST_DIR}/Neighbors/NeighborSearch.cxx" PROPERTIES
   COMPILE_OPTIONS "-fvisibility-inlines-hidden;-ffp-contract=off")
 set_source_files_properties(${exact} PROPERTIES COMPILE_OPTIONS -ffp-contract=off)
-
-# `cmake --install BUILD --component Points` installs it beside the core, for the plugin and the wheel.
-install(TARGETS SurfelSplattingPoints EXPORT SurfelSplattingPoints
-  DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT Points EXCLUDE_FROM_ALL)
-set_target_properties(SurfelSplattingPoints PROPERTIES EXPORT_NAME Points)
-install(EXPORT SurfelSplattingPoints NAMESPACE SurfelSplatting::
-  DESTINATION "${CMAKE_INSTALL_LIBDIR}/cmake/SurfelSplattingPoints"
-  FILE SurfelSplattingPointsConfig.cmake COMPONENT Points EXCLUDE_FROM_ALL)

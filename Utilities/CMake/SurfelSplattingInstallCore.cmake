@@ -26,3 +26,13 @@ install(FILES
   "${CMAKE_CURRENT_BINARY_DIR}/SurfelSplattingCoreConfig.cmake"
   "${CMAKE_CURRENT_BINARY_DIR}/SurfelSplattingCoreConfigVersion.cmake"
   DESTINATION "${core_package}" COMPONENT Core)
+
+# Likewise the filters' code for points, without headers: only the plugin and the wheel can use it.
+if (TARGET SurfelSplattingPoints)
+  set_target_properties(SurfelSplattingPoints PROPERTIES EXPORT_NAME Points)
+  install(TARGETS SurfelSplattingPoints EXPORT SurfelSplattingPoints
+    DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT Points EXCLUDE_FROM_ALL)
+  install(EXPORT SurfelSplattingPoints NAMESPACE SurfelSplatting::
+    DESTINATION "${CMAKE_INSTALL_LIBDIR}/cmake/SurfelSplattingPoints"
+    FILE SurfelSplattingPointsConfig.cmake COMPONENT Points EXCLUDE_FROM_ALL)
+endif ()
