@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# Writes a manual page of surfelsplat and one of each of its commands from what --help prints.
+# Writes a manual page of surfelsplat and one of each of its commands from what --help all prints.
 # Needs help2man.
 # Usage: manpages.sh SURFELSPLAT FOLDER COMMAND...
 set -euo pipefail
@@ -19,7 +19,7 @@ page() {
   # argparse begins with "usage:", help2man looks for "Usage:", and for a paragraph for each example.
   cat >"$work/$name" <<END
 #!/bin/sh
-"$tool" $* --help | awk '
+"$tool" $* --help all | awk '
   { sub(/^usage:/, "Usage:") }
   /^  surfelsplat / && previous !~ /^examples:/ { print "" }
   { print; previous = \$0 }'

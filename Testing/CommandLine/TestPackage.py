@@ -98,7 +98,7 @@ class TestPackage(ToolCase):
         os.mkdir("bin")
         write("bin/python3", "#!/bin/sh\nexit 99\n")
         os.chmod("bin/python3", 0o755)
-        result = subprocess.run(["./link", "render", "--help"], capture_output=True, text=True,
+        result = subprocess.run(["./link", "render", "--help", "all"], capture_output=True, text=True,
                                 env={"PATH": os.path.abspath("bin") + ":/usr/bin:/bin"}, check=True)
         for option in ("--camera", "--focal-disk", "--background", "0.16 0.17 0.19", "--stats"):
             self.assertIn(option, result.stdout)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Completion in a shell, and the manual pages."""
+"""Help, completion in a shell, and the manual pages."""
 
+import functools
 import importlib.util
 import os
 import re
@@ -17,11 +18,51 @@ MANUAL = os.environ.get("SURFELSPLAT_MANUAL", "")
 NAMES = [command.__name__.rsplit(".", 1)[-1] for command in COMMANDS]
 
 
+FEW = 50  # lines that are read without scrolling
+
+
+@functools.lru_cache(None)
+def printed(*words):
+    result = subprocess.run([TOOL, *words], capture_output=True, text=True, check=True,
+                            env=dict(os.environ, COLUMNS="100"))
+    return result.stdout
+
+
+def described_in(text):
+    """The options that a help describes, in their order."""
+    return re.findall(r"^  (?:-\w, |-\w \S+, )?(--[\w-]+)", text, re.MULTILINE)
+
+
 def options_of(command):
-    """The options that its help describes."""
-    text = subprocess.run([TOOL, command, "--help"], capture_output=True, text=True,
-                          check=True).stdout
-    return set(re.findall(r"^  (?:-\w, |-\w \S+, )?(--[\w-]+)", text, re.MULTILINE))
+    """All options of a command."""
+    return set(described_in(printed(command, "--help", "all")))
+
+
+class TestHelp(unittest.TestCase):
+    def test_first_options_fit_a_screen(self):
+        for command in set(NAMES) - {"info"}:  # which has few
+            text = printed(command, "--help")
+            self.assertLessEqual(len(text.splitlines()), FEW, command)
+            self.assertLess(set(described_in(text)), options_of(command))
+            count = len(options_of(command))
+            self.assertIn(f"surfelsplat {command} --help all shows all of the {count} options", text)
+
+    def test_render_begins_with_what_is_needed_first(self):
+        first = described_in(printed("render", "-h"))
+        self.assertEqual(len(first), 10)
+        self.assertEqual((first[0], first[-1]), ("--output", "--background"))
+
+    def test_all_options(self):
+        text = printed("render", "--help", "all")
+        for part in ("--points-per-part", "--deep", "OUT.exr holds RGBA floats"):
+            self.assertIn(part, text)
+            self.assertNotIn(part, printed("render", "--help"))
+        self.assertEqual(printed("render", "--help=all"), text)
+        self.assertEqual(printed("info", "--help", "all"), printed("info", "--help"))
+
+    def test_word_help(self):
+        self.assertEqual(printed("help", "film"), printed("film", "--help"))
+        self.assertEqual(printed("help"), printed("--help"))
 
 
 @unittest.skipUnless(importlib.util.find_spec("argcomplete"), "there is no argcomplete")
@@ -40,8 +81,7 @@ class TestCompletion(ToolCase):
     def test_commands_and_options(self):
         self.assertLessEqual(set(NAMES), self.offered("surfelsplat "))
         for command in NAMES:
-            self.assertEqual(self.offered(f"surfelsplat {command} --"),
-                             options_of(command) | {"--help"})
+            self.assertEqual(self.offered(f"surfelsplat {command} --"), options_of(command))
 
     def test_values(self):
         self.assertEqual(self.offered("surfelsplat render --view "),

@@ -22,10 +22,29 @@ NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?", re.IGNORECASE)
 TUPLE = re.compile(rf"{NUMBER.pattern}(?:(?:\s*[,x×]\s*|\s+){NUMBER.pattern})+", re.IGNORECASE)
 
 
+class _Help(argparse.Action):
+    """--help: the options that are needed first. --help all: all of them."""
+
+    def __init__(self, option_strings, dest):
+        super().__init__(option_strings, argparse.SUPPRESS, nargs="?", metavar="all",
+                         help="show the options that are needed first, or all")
+
+    def __call__(self, parser, namespace, value, option_string=None):
+        print(parser.format_help() if value == "all" else parser.format_first(), end="")
+        parser.exit()
+
+
 class Parser(argparse.ArgumentParser):
-    def __init__(self, *args, **kwargs):
-        super().__init__(*args, allow_abbrev=False,
+    """first: the options that --help shows, in this order; --help all shows all. Without: both do.
+    more: text that only --help all shows, at its end.
+    """
+
+    def __init__(self, *args, first=(), more="", **kwargs):
+        super().__init__(*args, allow_abbrev=False, add_help=not first,
                          formatter_class=argparse.RawDescriptionHelpFormatter, **kwargs)
+        self._first, self._more = first, more
+        if first:
+            self.add_argument("-h", "--help", action=_Help)
         # Without this argparse takes -1e-3 for an option, and -z as well.
         self._negative_number_matcher = re.compile(r"^-(\d|\.\d|inf|nan|[xyz]$)", re.IGNORECASE)
 
@@ -45,8 +64,25 @@ class Parser(argparse.ArgumentParser):
                 problem.message += f": {' '.join(action.metavar)}"
             raise
 
+    def format_first(self):
+        """-> the help with the options that are needed first"""
+        named = self._option_string_actions
+        formatter = self._get_formatter()
+        formatter.add_usage(self.usage, self._actions, self._mutually_exclusive_groups)
+        formatter.add_text(self.description)
+        formatter.start_section("the options that are needed first")
+        formatter.add_arguments([named[option] for option in self._first])
+        formatter.end_section()
+        formatter.add_text(self.epilog)
+        formatter.add_text(f"{self.prog} --help all shows all of the {len(set(named.values()))} options.")
+        return formatter.format_help()
+
+    def format_help(self):
+        return super().format_help() + self._more
+
     def error(self, message):
-        raise UserProblem(f"{message} ({self.prog} --help lists the options)")
+        which = " all" if self._first else ""
+        raise UserProblem(f"{message} ({self.prog} --help{which} lists the options)")
 
 
 def _rgb(name):

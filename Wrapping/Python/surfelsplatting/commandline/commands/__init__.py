@@ -57,11 +57,13 @@ def parse_arguments(words):
     """-> the arguments, with run(arguments); or UserProblem."""
     parser = Parser(prog="surfelsplat", description="Draws point clouds with depth of field.",
                     epilog="For example, surfelsplat view scan.ply shows a scan.\n"
-                           "surfelsplat COMMAND --help lists the options of a command.")
+                           "surfelsplat COMMAND --help shows the options of a command that are needed first.")
     parser.add_argument("--version", action="version", version=f"surfelsplat {__version__}")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True,
                                      parser_class=Parser)
     words = list(split_numbers(words))
+    if words[:1] == ["help"]:  # as in other programs
+        words = [*words[1:], "--help"]
     named = [command for command in COMMANDS if command.__name__.split(".")[-1] in words[:1]]
     for command in named or COMMANDS:  # the options of all take 3 ms more
         command.add_parser(commands)

@@ -31,6 +31,9 @@ examples:
   surfelsplat film hall.e57 -o hall.mp4 --through door.json window.json --frames 300
 """
 
+FIRST = ("--output", "--turn", "--focus-pull", "--through", "--frames", "--size", "--elevation",
+         "--blur", "--focus-pixel", "--scalars")
+
 # Nobody gives a folder such a name.
 NO_FOLDERS = (".avi", ".exr", ".jpeg", ".jpg", ".m4v", ".mkv", ".mov", ".mpeg", ".mpg",
               ".ogv", ".ply", ".png", ".tif", ".tiff", ".webm", ".webp", ".wmv")
@@ -70,7 +73,7 @@ def add_parser(commands):
     """Adds the command and its options."""
     film = commands.add_parser("film", help="make a film: a turntable, a focus pull or a path",
                                usage="surfelsplat film CLOUD ... -o OUT [options]",
-                               description=DESCRIPTION, epilog=EXAMPLES)
+                               description=DESCRIPTION, epilog=EXAMPLES, first=FIRST)
     add_clouds(film)
     film.add_argument("-o", "--output", required=True, metavar="OUT", help="OUT.mp4, OUT.gif or a folder")
     film.add_argument("--resume", action="store_true",

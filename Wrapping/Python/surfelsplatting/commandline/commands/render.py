@@ -19,10 +19,6 @@ CLOUD is one of these; surfelsplat info tells what is in it:
   captures   of 3D Gaussian splatting: .ply .spz .sog .splat, and folders with the meta.json of .sog
   volumes    .vti .vtk .mhd .mha .nrrd .nhdr
   surfels    that --hierarchy or --surfels has written: .surfels .vtp
-
-OUT.exr holds RGBA floats, premultiplied, alpha = coverage, and Z, the distance along the view
-direction. OUT.png and OUT.jpg hold 8 bits, 255 times the float values, over the background. Colours
-are mixed as they are stored; with --linear-light they are converted from sRGB to linear light first.
 """
 
 # Names of vtkSurfelSplatter's CHANNEL_...
@@ -43,11 +39,21 @@ examples:
                         makes the same picture, larger
   surfelsplat render hills.las -o hills.png --scalars z --elevation 20
                         coloured by height, from above
+"""
+
+MORE = """\
   surfelsplat render head.vti -o head.png --opacity 300:0,600:0.1 --shade
                         a volume, of which scalars from 300 upwards are seen, lit
   surfelsplat render scene.ply -o deep.exr --blur 12 --lens-cells 7 --deep
                         all layers, for compositing
+
+OUT.exr holds RGBA floats, premultiplied, alpha = coverage, and Z, the distance along the view
+direction. OUT.png and OUT.jpg hold 8 bits, 255 times the float values, over the background. Colours
+are mixed as they are stored; with --linear-light they are converted from sRGB to linear light first.
 """
+
+FIRST = ("--output", "--size", "--view", "--azimuth", "--elevation", "--zoom", "--blur",
+         "--focus-pixel", "--scalars", "--background")
 
 
 def _channels(text):
@@ -64,7 +70,7 @@ def add_parser(commands):
     """Adds the command and its options."""
     render = commands.add_parser("render", help="render a point cloud to .png, .jpg or .exr",
                                  usage="surfelsplat render CLOUD ... [-o OUT] [options]",
-                                 description=DESCRIPTION, epilog=EXAMPLES)
+                                 description=DESCRIPTION, epilog=EXAMPLES, more=MORE, first=FIRST)
     add_clouds(render)
     render.add_argument("-o", "--output", metavar="OUT",
                         help="OUT.png, OUT.jpg or OUT.exr (default: of scan.ply, scan.ply.png in the current "

@@ -8,6 +8,8 @@ from ..options import (add_camera_options, add_clouds, add_lens_options, add_loo
 # too, as in a camera file, since the lens may be opened later.
 DETAIL = dict(kernel="pearson", no_lod=False, lod_error=None, save_camera=True)
 
+FIRST = ("--blur", "--scalars", "--view", "--up", "--background", "--camera", "--every")
+
 DESCRIPTION = """\
 Shows a point cloud in a window, with depth of field: drag to turn, click on what should be sharp,
 open the aperture with the key Up. The key h lists all keys. The points are shown at once, and
@@ -31,7 +33,7 @@ def add_parser(commands):
     """Adds the command and its options."""
     parser = commands.add_parser("view", help="look at a point cloud in a window",
                                  usage="surfelsplat view CLOUD ... [options]",
-                                 description=DESCRIPTION)
+                                 description=DESCRIPTION, first=FIRST)
     add_clouds(parser, "the point cloud; several files are one cloud; see surfelsplat render")
     add_scan_options(parser)
     parser.set_defaults(run=run)

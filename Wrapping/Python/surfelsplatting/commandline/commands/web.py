@@ -3,7 +3,7 @@
 
 from ..arguments import between
 from ..options import add_clouds
-from .view import add_scan_options
+from .view import FIRST, add_scan_options
 
 DESCRIPTION = """\
 Shows a point cloud in a page of a browser, with depth of field: drag to turn, click on what should
@@ -21,7 +21,8 @@ def add_parser(commands):
     """Adds the command and its options."""
     parser = commands.add_parser("web", help="look at a point cloud in a browser",
                                  usage="surfelsplat web CLOUD ... [options]",
-                                 description=DESCRIPTION)
+                                 description=DESCRIPTION,
+                                 first=("--port", "--token", "--host", *FIRST))
     add_clouds(parser, "the point cloud; several files are one cloud; see surfelsplat render")
     page = parser.add_argument_group("page")
     page.add_argument("--port", type=_port, default=8080, metavar="N",
