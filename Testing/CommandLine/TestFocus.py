@@ -271,9 +271,25 @@ class TestOptions(ToolCase):
         said = self.tool("render", self.cloud, *CAMERA, *SMALL, "--blur", "5",
                          "--focus-pixel", "32", "24", "-o", "out.png", "-v")
         self.assertRegex(said, r"; x -0\.99\d+ to 0\.99.*, z -0\.99.*; spacing 0\.039\d")
-        self.assertRegex(said, r"in focus at 5\.0\d+; blur radius there 0\.\d+ and 5 px")
+        self.assertRegex(said, r"in focus at 5\.0\d+; seen from .*, blurred there by 0\.\d+ and 5 px\n")
         sharp = self.tool("render", self.cloud, *CAMERA, *SMALL, "-o", "out.png", "-v")
-        self.assertRegex(sharp, r"in focus at 6\n")  # without a lens nothing blurs
+        self.assertRegex(sharp, r"in focus at 6; seen .* direction\n")  # without a lens nothing blurs
+
+    def test_line_about_the_middle(self):
+        """Who has a lens and does not say what shall be sharp learns what is, and how to move it."""
+        for command, out, line in (("render", "out.png", r"in focus at 3\.\d+, {}; seen .* by [0-9.]+ and 5 px"),
+                                   ("film", "pictures", "in focus: {}")):
+            def run(*options):
+                output = os.path.join(tempfile.mkdtemp(dir="."), out)
+                frames = ["--frames", "2"] if command == "film" else []
+                said = self.tool(command, self.cloud, "--view", "front", *SMALL, *frames, *options, "-o", output)
+                self.assertEqual(self.code, 0, said)
+                return said
+
+            middle = r"the middle of the picture \(--focus-pixel X Y moves it\)"
+            self.assertRegex(run("--blur", "5"), r"\Asurfelsplat: " + line.format(middle) + r"\n\Z")
+            self.assertEqual(run(), "")
+            self.assertEqual(run("--blur", "5", "--focus-pixel", "32", "24"), "")
 
 
 if __name__ == "__main__":

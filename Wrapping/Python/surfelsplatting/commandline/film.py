@@ -23,7 +23,7 @@ from .movie import MOVIES, find_ffmpeg, write_movie
 from .noeffect import without_effect
 from .outputs import check_distinct, check_output
 from .scene import backdrop_of, make_renderer
-from .session import RENDER, Session
+from .session import IN_MIDDLE, RENDER, Session
 
 PULL_BLUR = 0.025  # of a pull's own lens: radius of the largest blur at its begin, picture heights
 
@@ -187,6 +187,8 @@ def _make_pictures(asked, frames, arguments, session):
         renderer = _make_renderer(drawn, first, arguments)
         views = _views(asked, cloud, surfels, renderer, arguments)
         del cloud, surfels  # frees the memory of a large cloud
+        if views[0].has_lens and arguments.focus_pull is None and not all(map(has_focus, asked)):
+            session.tell(f"in focus: {IN_MIDDLE}")
         session.say(f"first frame: {views[0]}")
         session.show_backs(renderer, Samples(drawn), views)
         _draw(renderer, views, frames, frames.missing(), session)

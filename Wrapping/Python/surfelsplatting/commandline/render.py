@@ -9,7 +9,7 @@ from ..surfels import needs_hierarchy
 from ..views.cameras import asked_view, camera_files
 from ..views.faint import why_faint
 from ..views.focus import (blur_at, depths_of, distance_in_focus, ends_of, focused_on_front,
-                           settle_focus, sharp_depths)
+                           has_focus, settle_focus, sharp_depths)
 from ..views.framing import complete_view, extent_of, is_from_sensor
 from ..views.homes import home_of
 from ..views.trained import files_of
@@ -18,7 +18,7 @@ from .noeffect import without_effect
 from .outputs import (HIERARCHIES, check_distinct, check_output, write_hierarchy,
                       write_json, write_picture, write_surfels, write_view)
 from .scene import make_renderer
-from .session import Session
+from .session import IN_MIDDLE, Session
 
 NO_BLUR = 0.5  # px, radius of a blur that cannot be seen
 
@@ -85,7 +85,7 @@ def _write_outputs(renderer, surfels, drawn, arguments, session):
 
 def _focus(renderer, asked, view, drawn, session):
     """-> the view with what is in focus, and the depths of the picture without the lens, or None
-    where nobody asks for them. Warns of a capture that is hardly seen."""
+    where nothing needs them. Warns of a capture that is hardly seen."""
     def update(algorithm):
         session.progress.update(algorithm, "focusing")
         session.messages.check()
@@ -93,14 +93,16 @@ def _focus(renderer, asked, view, drawn, session):
     arguments = session.arguments
     if asked.has_lens or arguments.save_camera or arguments.verbose:
         view = focused_on_front(asked, view, renderer, update)
-    depths = sharp_depths(renderer, update) if arguments.verbose else None
+    are_needed = arguments.verbose or view.wishes.blur is not None or view.wishes.focus_pixel
+    depths = sharp_depths(renderer, update) if are_needed else None
     view = settle_focus(view, renderer, update, depths)
     session.warn(filter(None, [why_faint(drawn, renderer, update)]))
     return view, depths
 
 
-def _say_what_is_seen(renderer, depths, view, session):
-    """Prints what is in focus and how much the rest is blurred; warns of a lens that blurs nothing.
+def _say_what_is_seen(renderer, depths, asked, view, session):
+    """Prints what is in focus and how much the rest is blurred, with a lens also without --verbose where
+    nobody has said what shall be in focus; warns of a lens that blurs nothing.
 
     depths: of the picture without the lens; None: those of this one, if it needs them
     """
@@ -111,14 +113,14 @@ def _say_what_is_seen(renderer, depths, view, session):
     ends = ends_of(depths_of(renderer) if depths is None else depths)
     if ends is None:
         return
-    seen = (f"seen from {ends[0]:.5g} to {ends[1]:.5g} along the view direction; in focus at "
-            f"{distance_in_focus(view):.5g}")
-    if not view.has_lens:
-        session.say(seen)
-        return
-    blurs = [blur_at(view, end) for end in ends]
-    session.say(f"{seen}; blur radius there {blurs[0]:.3g} and {blurs[1]:.3g} px")
-    if max(blurs) < NO_BLUR:
+    is_in_middle = not has_focus(asked)
+    blurs = [blur_at(view, end) for end in ends] if view.has_lens else [0.0]
+    seen = (f"in focus at {distance_in_focus(view):.5g}{', ' + IN_MIDDLE if is_in_middle else ''}; seen from "
+            f"{ends[0]:.5g} to {ends[1]:.5g} along the view direction")
+    if view.has_lens:
+        seen += f", blurred there by {blurs[0]:.3g} and {blurs[1]:.3g} px"
+    (session.tell if view.has_lens and is_in_middle else session.say)(seen)
+    if view.has_lens and max(blurs) < NO_BLUR:
         metres = ("; --f-number takes the units of the cloud for metres"
                   if session.arguments.f_number else "")
         session.warn([f"the lens blurs nothing that is seen by more than {max(blurs):.2g} px; "
@@ -152,7 +154,7 @@ def render(arguments):
         view, depths = _focus(renderer, asked, view, drawn, session)
         session.say(str(view))
         _render_frame(renderer, session)
-    _say_what_is_seen(renderer, depths, view, session)
+    _say_what_is_seen(renderer, depths, asked, view, session)
     _write_outputs(renderer, surfels, drawn, arguments, session)
     if arguments.save_camera:
         write_view(view, arguments.save_camera)

@@ -27,6 +27,7 @@ from .runstatistics import RunStatistics
 from .volume import splat_volume, take_scalars
 
 RENDER = "surfelsplat render "  # has --hierarchy, which other commands lack
+IN_MIDDLE = "the middle of the picture (--focus-pixel X Y moves it)"
 LONG = 5.0  # s to make surfels, from which on it is worth a hint that they can be kept
 
 
