@@ -248,13 +248,14 @@ class TestFraming(unittest.TestCase):
             right = np.cross(up, front)
             for side, direction in (("front", front), ("back", np.negative(front)),
                                     ("right", right), ("left", -right), ("top", up),
+                                    ("bottom", np.negative(up)),
                                     ("iso", (np.add(front, right) + up) / math.sqrt(3))):
                 view = self.view_of(self.points, self.normals,
                                     View(view_up=up, wishes=Wishes(side=side)))
                 seen_from = np.subtract(view.position, view.focal_point)
                 seen_from /= np.linalg.norm(seen_from)
                 np.testing.assert_allclose(seen_from, direction, atol=1e-9)
-                picture_up = np.negative(front) if side == "top" else up
+                picture_up = {"top": np.negative(front), "bottom": front}.get(side, up)
                 np.testing.assert_allclose(view.view_up, picture_up, atol=1e-9)
                 self.assertLess(np.abs(on_screen(view, self.points)[0]).max(), 1)
 

@@ -35,7 +35,22 @@ class TestInfo(ToolCase):
         self.assertIn("3003 points", text)
         self.assertIn("1 stray point, 1 duplicate (at the place of another point), 1 point without finite "
                       "coordinates", text)
-        self.assertRegex(text, r"bounds .* y 5333999.50\d* to 5334009.5, z ")
+        self.assertRegex(text, r"bounds .* y 5333999.50\d* to 5334009.5, z .*\n +x .* z .*, without stray points\n")
+
+    def test_normals(self):
+        """It says which of them are none, or not of length 1, as some programs write them."""
+        points, _ = sphere()
+        for scale, known, length, says in (
+                (1, 1, 1, r"3 values a point\n"), (127, 1, 127, "; 127 long, of which only the direction counts"),
+                (0, 0, 0, r"; all points have none \(zero, or no number\)"),
+                (np.arange(3000)[:, None] % 4 > 0, 0.75, 1, "; 25 % of the points have none .* from the shape"),
+                (np.where(np.arange(3000)[:, None] % 4 > 0, 1, np.nan), 0.75, 1, "; 25 % of the points ")):
+            write_ply("ball.ply", points, normals=scale * points)
+            [field] = self.report("ball.ply")["fields"]
+            self.assertEqual((field["meaning"], field["known"]), ("normals", known))
+            self.assertAlmostEqual(field["length"], length, places=4)
+            self.assertRegex(self.info("ball.ply"), "Normals: normals, float, 3 values a point" + says.replace(
+                "3 values a point", ""))
 
     def test_surfels_with_an_origin(self):
         """Their bounds are those of the world."""

@@ -85,7 +85,7 @@ class TestCompletion(ToolCase):
 
     def test_values(self):
         self.assertEqual(self.offered("surfelsplat render --view "),
-                         {"front", "back", "left", "right", "top", "iso"})
+                         {"front", "back", "left", "right", "top", "bottom", "iso"})
         self.assertLessEqual({axis for axis in AXES if axis[0] != "-"} | {"auto"},
                              self.offered("surfelsplat render --up "))
 

@@ -29,6 +29,7 @@ NOISY = 0.05  # of the points; fewer are edges and corners
 FAR_OFF = 5  # spacings, by which stray points make the bounds larger
 OPAQUE = 0.9  # opacity above which a Gaussian hides what is behind it
 SHOWN = 0.8  # part of the surface that shows both sides, from which --sides two changes little
+NOT_UNIT = 0.01  # as far from 1 the length of normals is worth a word
 LISTED = 20  # places of scanners
 LONG = 20_000_000  # points that take more than a minute to become surfels
 QUICK = 1_000_000  # points that take seconds
@@ -53,13 +54,23 @@ def _meaning(array, data):
     return "scalars" if array.GetNumberOfComponents() == 1 else "values"
 
 
-def _fields(data):
-    """[{name, meaning, type, components, range}] of the point arrays."""
-    arrays = [data.GetArray(number) for number in range(data.GetNumberOfArrays())]
-    return [{"name": array.GetName(), "meaning": _meaning(array, data),
+def _field(array, data):
+    """{name, meaning, type, components, range} of a point array; of normals also their length, and the
+    part that has one."""
+    field = {"name": array.GetName(), "meaning": _meaning(array, data),
              "type": array.GetDataTypeAsString(), "components": array.GetNumberOfComponents(),
              "range": _finite_range(to_numpy(array))}
-            for array in arrays if array is not None]
+    if field["meaning"] == "normals" and len(to_numpy(array)):
+        lengths = np.linalg.norm(to_numpy(array).astype(float), axis=1)
+        known = lengths[np.isfinite(lengths) & (lengths > 0)]
+        field["known"] = len(known) / len(lengths)
+        field["length"] = float(np.median(known)) if len(known) else 0.0
+    return field
+
+
+def _fields(data):
+    arrays = [data.GetArray(number) for number in range(data.GetNumberOfArrays())]
+    return [_field(array, data) for array in arrays if array is not None]
 
 
 def _bounds(points, origin=(0.0, 0.0, 0.0)):
@@ -263,6 +274,11 @@ def _field_text(field):
         text += f", {field['components']} values a point"
     if field["range"] and field["meaning"] not in ("normals", "surfels", "Gaussians", "ways to the scanners"):
         text += ", {:.7g} to {:.7g}".format(*field["range"])
+    if field.get("known", 1) < 1:
+        share = f"{100 - 100 * field['known']:.3g} % of the" if field["known"] else "all"
+        text += f"; {share} points have none (zero, or no number), and get theirs from the shape"
+    if field.get("length") and abs(field["length"] - 1) > NOT_UNIT:
+        text += f"; {field['length']:.3g} long, of which only the direction counts"
     return text
 
 
@@ -344,7 +360,7 @@ def _lines(report):
     spacing = report["size" if "size" in report else "spacing"]
     yield "bounds", _bounds_text(report["bounds"], spacing)
     if _differ(report, spacing):
-        yield "mostly", _bounds_text(report["bounds_without_stray"], spacing)
+        yield "bounds", _bounds_text(report["bounds_without_stray"], spacing) + ", without stray points"
     if "spacing" in report:
         yield "spacing", f"{spacing:.4g}, of points on the surface"
     yield "read", report["read_as"]
@@ -366,8 +382,8 @@ def _lines(report):
     if report.get("room") == "yes":
         yield "room", "seen from inside: a wall that turns its back to the camera is not drawn"
     if report.get("two_sided"):
-        share = f"{100 * report['two_sided']:.3g} %"
-        yield "sides", f"{share} of the surface shows both sides, as its outside is not known"
+        share = f"{100 * report['two_sided']:.3g} %".replace("100 %", "all")
+        yield "sides", f"{share} of the surface is drawn from both sides, as its outside is not known"
     yield from _suggestion_lines(report["suggestions"])
 
 

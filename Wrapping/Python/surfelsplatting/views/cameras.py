@@ -20,7 +20,7 @@ LARGEST = 1e17  # world units; as in the filters: sums of squares stay in float'
 SMALLEST_ANGLE = 1e-4  # degrees; below it a pixel is smaller than the camera's rounding errors
 LARGEST_PHOTOGRAPH = 1600  # px, a side; the reference implementation trains with no larger ones
 FILM = 24.0  # mm, the shorter side of a picture on 35 mm film
-SIDES = ("front", "back", "left", "right", "top", "iso")
+SIDES = ("front", "back", "left", "right", "top", "bottom", "iso")
 AXES = {"x": (1.0, 0.0, 0.0), "-x": (-1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0),
         "-y": (0.0, -1.0, 0.0), "z": (0.0, 0.0, 1.0), "-z": (0.0, 0.0, -1.0)}
 LARGEST_BLUR = 1_000_000  # px, vtkSurfelSplatter's

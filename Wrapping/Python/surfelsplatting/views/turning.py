@@ -26,6 +26,8 @@ def seen_from(side, front, up):
     """-> for one of cameras.SIDES: the direction to the camera, and what is up in the picture."""
     if side == "top":
         return up, -front
+    if side == "bottom":
+        return -up, front
     direction = rotated(front, up, AZIMUTHS[side])
     if side == "iso":
         direction = math.cos(ISOMETRIC) * direction + math.sin(ISOMETRIC) * up
