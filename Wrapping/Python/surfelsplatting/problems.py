@@ -2,9 +2,12 @@
 """Errors that are reported in one line, and warnings."""
 
 from difflib import get_close_matches
+import glob
 import os
 import sys
 import warnings
+
+OWN_PACKAGES = "~/.local/share/surfelsplat"  # of pip, where the system's Python takes none
 
 
 class UserProblem(Exception):
@@ -19,17 +22,33 @@ def shortened(text, most=60):
     return text if len(text) <= most else text[:most - 3] + "..."
 
 
-def how_to_install(packages):
-    """The command that installs packages of pip, for messages. Where the system's packages are left to
-    its own installer, as on Debian, pip needs an environment."""
-    import shlex  # with sysconfig takes 3 ms, and only errors need it
+def _takes_packages():
+    """Whether pip may install beside the packages of this Python: not where the system's installer does it,
+    as on Debian."""
     import sysconfig
 
-    is_managed = os.path.exists(os.path.join(sysconfig.get_path("stdlib"), "EXTERNALLY-MANAGED"))
-    if sys.prefix != sys.base_prefix or not is_managed:
+    return sys.prefix != sys.base_prefix or not os.path.exists(
+        os.path.join(sysconfig.get_path("stdlib"), "EXTERNALLY-MANAGED"))
+
+
+def how_to_install(packages):
+    """The command that installs packages of pip, for messages: where find_own_packages finds them."""
+    from importlib.util import find_spec  # with sysconfig takes 3 ms, and only errors need it
+
+    if _takes_packages():
         return f"pip install {packages}"
-    return (f"{sys.executable} -m venv --system-site-packages ~/surfelenv && ~/surfelenv/bin/pip "
-            f"install {packages}, and then ~/surfelenv/bin/python {shlex.join(sys.argv)}")
+    pip = "" if find_spec("pip") else "sudo apt install python3-pip && "
+    return f"{pip}{sys.executable} -m pip install --prefix {OWN_PACKAGES} {packages}, and then the same again"
+
+
+def find_own_packages():
+    """Lets Python find what a command of how_to_install has installed for its version."""
+    if sys.prefix != sys.base_prefix:
+        return  # an environment, whose packages are its own
+    version = "python{}.{}".format(*sys.version_info)
+    for between in ("", "local"):  # which is Debian's
+        pattern = os.path.join(os.path.expanduser(OWN_PACKAGES), between, "lib*", version, "*-packages")
+        sys.path[1:1] = [folder for folder in glob.glob(pattern) if folder not in sys.path]
 
 
 def check_names(names, known, call, otherwise, elsewhere=()):

@@ -4,7 +4,7 @@
 import importlib
 import os
 
-from ..problems import UserProblem, how_to_install
+from ..problems import UserProblem, find_own_packages, how_to_install
 
 
 def _check_begin(path, begin):
@@ -21,6 +21,7 @@ def package_for(path, name, requirement, begin):
     kind. requirement: pip's name of the package. begin: the first bytes of such files
     """
     _check_begin(path, begin)
+    find_own_packages()
     try:
         return importlib.import_module(name)
     except ImportError:

@@ -14,7 +14,7 @@ import sys
 from urllib.parse import quote
 
 from ..pictures import png_bytes, rgb_bytes
-from ..problems import UserProblem, how_to_install
+from ..problems import UserProblem, find_own_packages, how_to_install
 from ..views.cameras import STILL_CELLS, view_values
 from .access import PARAMETER, Gate, is_loopback, new_token
 from .mouse import Mouse
@@ -31,6 +31,7 @@ NAME = "surfelsplat"
 
 
 def check_packages():
+    find_own_packages()
     try:
         import trame.app  # noqa: F401
         import trame_rca  # noqa: F401
