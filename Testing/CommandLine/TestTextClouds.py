@@ -9,7 +9,7 @@ import numpy as np
 from surfelsplatting.formats.ptx import read_ptx_cloud
 from surfelsplatting.formats.text import read_text_cloud
 from surfelsplatting.problems import UserProblem
-from toolcase import SMALL, ToolCase, arrays_of, places_of, sphere, write
+from toolcase import SMALL, ToolCase, arrays_of, content_of, places_of, sphere, write
 
 
 class TestTextClouds(ToolCase):
@@ -182,6 +182,37 @@ class TestTextClouds(ToolCase):
                      "x,y,z,kind\n1,2,3,tree\n4,5,6,a house\n", "1,0 2,0 3,0\n4 5 6\n",
                      "x\ty\tz\n1,0\t2\t3,0\n4\t5\t6\n"):
             self.assertEqual(self.check_points(text, path="cloud.csv"), {}, text)
+
+    def test_marks_of_thousands_and_commas_in_quotes(self):
+        """As spreadsheets write them."""
+        expected = ((1234.5, -5645023.25, 3), (4, 5, 6.125))
+        for text in ("1.234,5;-5.645.023,25;3\n4;5;6,125\n", "1.234,5\t-5.645.023,25\t3\n4\t5\t6,125\n",
+                     "1,234.5 -5,645,023.25 3\n4 5 6.125\n", "1,234.5;-5,645,023.25;3\n4;5;6.125\n",
+                     '"1,234.5","-5,645,023.25",3\n4,5,6.125\n', '"1.234,5","-5.645.023,25","3"\n4,5,"6,125"\n',
+                     '"1234,5","-5645023,25","3"\n"4","5","6,125"\n', '1234,5;"-5645023,25";3\n4;5;"6,125"\n'):
+            for names in ("", '"x","y","z"\n' if '",' in text else "x;y;z\n" if ";" in text else "x y z\n"):
+                self.check_points(names + text, expected, "a.csv")
+        self.check_points("123,456,789.5\n1,2,3\n", ((123, 456, 789.5), (1, 2, 3)))
+        self.check_points("123,456,789\n1,2,3\n", ((123, 456, 789), (1, 2, 3)))
+        self.check_points('"1,2,3"\n"4,5,6"\n')
+
+    def test_commas_between_and_in_numbers(self):
+        """What is a point and what a column cannot be told where some decimals are missing."""
+        for names in ("x,y,z", "//X,Y,Z", "easting,northing,elevation"):
+            with self.assertRaisesRegex(UserProblem, "a.csv has 3 names and 6 numbers in a line, as if commas"):
+                self.read(names + "\n0,5,1,5,2,5\n1,5,2,5,3,5\n", "a.csv")
+
+    def test_degrees_without_names(self):
+        """Taken as they are, and a line tells it."""
+        steps = sphere(500)[0] * [1e-4, 1e-4, 10]
+        for middle, is_said in (((50.7, 7.1, 100), True), ((-122.1, 47.5, 10), True), ((0, 0, 0), False),
+                                ((356000, 5645000, 100), False)):
+            np.savetxt("a.xyz", steps + middle, fmt="%.7f")
+            self.read(content_of("a.xyz").decode(), "a.xyz")
+            self.assertEqual((self.columns.unsure, "look like latitudes" in str(self.columns)), (is_said, is_said))
+        np.savetxt("a.xyz", sphere(500)[0] * [0.1, 0.1, 20] + 5)  # a mast
+        self.read(content_of("a.xyz").decode(), "a.xyz")
+        self.assertFalse(self.columns.unsure)
 
     def test_names_in_other_languages(self):
         rows = "7;1,0;2,0;3,0;10;20;30\n8;4,0;5,0;6,0;40;50;60\n"

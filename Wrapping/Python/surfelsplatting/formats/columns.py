@@ -13,6 +13,7 @@ MOST_SAMPLES = 20_000  # points whose values stand for all
 FEW_VALUES = 4  # as many times fewer than a channel of a colour has alpha, a class or a return
 MANY_VALUES = 32  # of a channel of a colour, where nothing but its values tells that it is one
 MOST_NAMED = 30  # columns in a message
+THIN = 1000  # times as high as wide and long: nothing that is scanned in metres
 ALIKE = 0.5  # least correlation of two channels of a colour: both are bright in the light
 
 
@@ -147,6 +148,16 @@ def _any_number(values, first):
     return meanings
 
 
+def _are_like_degrees(places):
+    """Whether x and y are in the range of latitudes and longitudes, and change so little beside z that nothing
+    in metres would be so thin."""
+    if len(places) == 0:
+        return False
+    x, y, z = np.ptp(places, axis=0)
+    farthest = np.sort(np.abs(places[:, :2]).max(axis=0))
+    return bool(1 < farthest[1] <= 180 and farthest[0] <= 90 and 0 < THIN * max(x, y) < z)
+
+
 def by_values(path, table):
     """-> Columns of a table without names"""
     numbers = ["number"] if _begins_with_numbers(table) else []
@@ -166,7 +177,11 @@ def by_values(path, table):
         rest = None
     if rest is None:
         rest, unsure = _any_number(values, 4 + len(numbers)), True
-    return Columns([*numbers, *XYZ, *rest], "guessed by their values", unsure)
+    source, first = "guessed by their values", len(numbers)
+    places = table[:, first:first + 3]
+    if _are_like_degrees(places[np.isfinite(places).all(axis=1)]):
+        source, unsure = source + ", although x and y look like latitudes and longitudes in degrees", True
+    return Columns([*numbers, *XYZ, *rest], source, unsure)
 
 
 def _as_bytes(triple):

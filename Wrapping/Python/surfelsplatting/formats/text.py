@@ -14,6 +14,7 @@ from ..clouds.polydata import polydata_of
 from ..problems import UserProblem, no_points, shortened
 from .columnnames import has_places
 from .columns import arrays_of_columns, by_names, by_values
+from .numbermarks import DECIMAL_COMMA, Marks, marks_of
 
 COMMENTS = ("#", "//")
 BLANK = " \t\r\n,;|\""
@@ -23,7 +24,6 @@ HEAD = 1000  # lines in which the first point is looked for
 START = 1 << 20  # bytes that tell the encoding
 TOP = 100  # lines in which a table of any name has its first point
 MOST_COLUMNS = 1000  # of a table that has more columns than lines
-DECIMAL_COMMA = re.compile(r"\s*[+-]?\d*(\d|,\d+)([eE][+-]?\d+)?\s*")
 
 
 @dataclass
@@ -31,8 +31,7 @@ class _Layout:
     encoding: str
     skip: int  # lines at the top
     delimiter: str  # None: blanks
-    has_decimal_comma: bool
-    has_quotes: bool
+    marks: Marks
     names: list  # of the columns; None if there are none
     used: list  # columns that hold numbers; None: all
 
@@ -103,6 +102,16 @@ def _find_names(lines, delimiter, count):
     return None
 
 
+def _check_commas(path, lines, delimiter, words):
+    """Raises UserProblem if the names show that each number has a comma, as the columns have between them."""
+    counts = [len(names) for names in (_split(line.strip().lstrip("#/"), ",") for line in lines)
+              if has_places(names)]
+    if delimiter == "," and counts and 2 * counts[-1] == len(words):
+        raise UserProblem(f"{path} has {counts[-1]} names and {len(words)} numbers in a line, as if commas were "
+                          "decimal points and separated the columns, too; write it with points, or with "
+                          "semicolons between the columns")
+
+
 def _columns_of_numbers(rows):
     """Those whose first cell that is not missing holds a number."""
     return [number for number, cells in enumerate(zip(*rows))
@@ -134,7 +143,8 @@ def is_table(path):
     if b"\0" in start and not is_utf16:
         return False
     with _open(path, _find_encoding(path)) as file:
-        top = [_without_comment(line).replace('"', "") for line in itertools.islice(file, TOP)]
+        top = [_without_comment(line) for line in itertools.islice(file, TOP)]
+    top = list(map(marks_of(top).read, top))
     first = _first_row(top)
     return first is not None and len(_words(top[first])) >= 3
 
@@ -146,7 +156,9 @@ def _find_layout(path):
     if head and _words(head[0])[0].lower() == "ncols":
         raise UserProblem(f"{path} is a grid of heights, not a table of points; convert it, for "
                           f"example with `gdal_translate -of XYZ {path} out.xyz`")
-    plain = [_without_comment(line).replace('"', "") for line in head]
+    plain = [_without_comment(line) for line in head]
+    marks = marks_of(plain)
+    plain = list(map(marks.read, plain))
     first = _first_row(plain)
     if first is None:
         if any(line.strip() for line in plain):
@@ -156,16 +168,16 @@ def _find_layout(path):
                               f"{shortened(start)!r}")
         raise no_points(path)
     row = plain[first]
-    delimiter, has_decimal_comma = _delimiter(row)
-    words = _split(row.replace(",", ".") if has_decimal_comma else row, delimiter)
+    delimiter, marks.has_decimal_comma = _delimiter(row)
+    words = _split(marks.read(row), delimiter)
     names = _find_names(head[:first], delimiter, len(words))
-    rows = [_split(line.replace(",", ".") if has_decimal_comma else line, delimiter)
-            for line in plain[first:] if line.strip(BLANK)]
+    if names is None:
+        _check_commas(path, head[:first], delimiter, words)
+    rows = [_split(marks.read(line), delimiter) for line in plain[first:] if line.strip(BLANK)]
     used = _columns_of_numbers([row for row in rows if len(row) == len(words)])
     # A last delimiter ends its line and begins no column.
     is_whole = len(used) == len(words) or (names is None and words[-1] != "")
-    return _Layout(encoding, first, delimiter, has_decimal_comma, '"' in head[first], names,
-                   None if is_whole else used)
+    return _Layout(encoding, first, delimiter, marks, names, None if is_whole else used)
 
 
 def _lines(file, path, layout, at):
@@ -176,11 +188,7 @@ def _lines(file, path, layout, at):
             if at[0] > layout.skip and line.strip(BLANK):  # spreadsheets end in ",,,"
                 yield line
 
-    lines = counted()
-    if layout.has_quotes:
-        lines = (line.replace('"', "") for line in lines)
-    if layout.has_decimal_comma:
-        lines = (line.replace(",", ".") for line in lines)
+    lines = map(layout.marks.read, counted()) if layout.marks else counted()
     if path.lower().endswith(".pts"):
         lines = (line for line in lines if not PTS_MARK.fullmatch(line.strip()))
     return lines
@@ -217,7 +225,7 @@ def read_text_cloud(path):
         raise no_points(path)
     lines, count = table.shape
     if count < 3:
-        raise UserProblem(f"{path} has {count} columns; a point has at least x y z")
+        raise UserProblem(f"{path} has {count} column{'s' * (count > 1)} of numbers; a point has at least x y z")
     if count > max(lines, MOST_COLUMNS):
         raise UserProblem(f"{path} has {lines} lines of {count} numbers; each point needs a line of its "
                           "own, so write the table with its rows as columns")

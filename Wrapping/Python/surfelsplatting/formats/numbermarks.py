@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What marks the decimals and the thousands of numbers in text, as programs of several languages write them."""
+
+import re
+from dataclasses import dataclass
+
+DECIMAL_COMMA = re.compile(r"\s*[+-]?\d*(\d|,\d+)([eE][+-]?\d+)?\s*")
+# Numbers that have marks for their thousands, by that mark.
+GROUPED = {".": re.compile(r"[+-]?\d{1,3}(\.\d{3})+,\d+"), ",": re.compile(r"[+-]?\d{1,3}(,\d{3})+\.\d+")}
+QUOTED = re.compile(r'"([^"]*)"')
+FEW = 100  # lines that show how the numbers of a file are written
+
+
+def _in_quotes(match):
+    """A quoted number, whose commas separate no columns, as Python writes it; else what is quoted."""
+    text = match[1].strip()
+    for mark, pattern in GROUPED.items():
+        if pattern.fullmatch(text):
+            text = text.replace(mark, "")
+    return text.replace(",", ".") if DECIMAL_COMMA.fullmatch(text) else text
+
+
+@dataclass
+class Marks:
+    """How the numbers of a file are written, but for Python's way."""
+
+    has_quotes: bool = False
+    has_quoted_commas: bool = False
+    thousands: str = ""  # "." or ","
+    has_decimal_comma: bool = False
+
+    def __bool__(self):
+        return bool(self.has_quotes or self.thousands or self.has_decimal_comma)
+
+    def read(self, line):
+        """-> the line with numbers as Python writes them"""
+        if self.has_quoted_commas:
+            line = QUOTED.sub(_in_quotes, line)
+        if self.has_quotes:
+            line = line.replace('"', "")
+        if self.thousands:
+            line = line.replace(self.thousands, "")
+        return line.replace(",", ".") if self.has_decimal_comma else line
+
+
+def marks_of(lines):
+    """-> Marks of a file that begins with these lines; its delimiter tells whether commas are decimal points"""
+    quoted = [cell for line in lines if '"' in line for cell in QUOTED.findall(line)]
+    marks = Marks(bool(quoted), any("," in cell for cell in quoted))
+    rows = [re.split(r"[;|\s]+", marks.read(line).strip()) for line in lines[:FEW]]
+    # 123,456,789.5 alone in a line is a point.
+    cells = {cell for row in rows if len(row) > 2 for cell in row}
+    for mark, pattern in GROUPED.items():
+        if any(map(pattern.fullmatch, cells)):
+            marks.thousands = mark
+    return marks
