@@ -50,7 +50,9 @@ class TestBadInput(ToolCase):
         os.makedirs("in/a folder")
         write("in/a folder/scan.ply", "")
         self.refuse_cloud("in/a folder/scn.ply", "did you mean in/a folder/scan.ply?")
-        self.refuse("render", ".", says="surfelsplat: . is a folder; give a point cloud file")
+        self.refuse_cloud(r"in\a folder\scan.ply", "does not exist; did you mean 'in/a folder/scan.ply'?")
+        self.refuse("render", ".", says="surfelsplat: . is a folder; give a point cloud file, or several, for "
+                    "example ./*.ply")
         os.mkdir("folder.ply")
         self.refuse_cloud("folder.ply", "is a folder")
         self.refuse_cloud(write("empty.ply", ""), "empty")
@@ -58,10 +60,11 @@ class TestBadInput(ToolCase):
         self.refuse_cloud(write("junk.ply", b"\0\1\2\3" * 500), "neither a .ply nor a .pcd", r'"\x00\x01')
         self.refuse_cloud(write("junk.pcd", "hello"), 'neither a .ply nor a .pcd file: it begins with "hello"')
         self.refuse_cloud(write("page.ply", "<!DOCTYPE html>\n<html>"), '"<!DOCTYPE html>"')
-        self.refuse_cloud(write("cloud.docx", "v 1 2 3"), "unknown extension", ".ply", ".vtp")
+        self.refuse_cloud(write("cloud.docx", "v 1 2 3"), "unknown extension", "CloudCompare", "render --help")
         self.refuse_cloud(write("cloud", "one two three"), "it has no extension")
-        for packed in ("cloud.zip", "cloud.xyz.gz"):
-            self.refuse_cloud(write(packed, "PK"), "is packed; unpack it first")
+        for packed, how in (("cloud.zip", "unzip cloud.zip"), ("a cloud.xyz.gz", "gunzip -k 'a cloud.xyz.gz'"),
+                            ("cloud.tar.xz", "tar xf cloud.tar.xz")):
+            self.refuse_cloud(write(packed, "PK"), "is packed; unpack it first: " + how)
         expected = "no readable zip" if importlib.util.find_spec("PIL") else "pip install Pillow"
         self.refuse_cloud(write("cloud.sog", "PK"), expected)
         self.refuse_cloud(write("cloud.spz", "NGSP"), "its header is cut short")

@@ -88,6 +88,7 @@ class TestDamagedFiles(ToolCase):
         volume.Write()
         for name, mark in (("xyz", " "), ("csv", ","), ("pts", " "), ("asc", ";")):
             np.savetxt("a." + name, np.column_stack([points, colors]), fmt="%.6g", delimiter=mark)
+        np.save("a.npy", np.column_stack([points, colors]))
         np.savetxt("a.obj", points, fmt="v %.6g %.6g %.6g")
         triangles = b"".join(row.tobytes() + bytes(2) for row in points[:288].reshape(-1, 12)
                              .astype("<f4"))

@@ -8,10 +8,12 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkDoubleArray, vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
+from surfelsplatting.formats.npy import read_npy_cloud
+from surfelsplatting.problems import UserProblem
 from surfelsplatting.vtkarrays import named_array
 from TestReader import write_pcd
-from toolcase import (CAMERA, SMALL, ToolCase, arrays_of, content_of, places_of, sphere, write_data,
-                      write_ply)
+from toolcase import (CAMERA, SMALL, ToolCase, arrays_of, content_of, places_of, sphere, write,
+                      write_data, write_ply)
 
 
 def pcd_columns(points, colors, kind="f4"):
@@ -55,9 +57,31 @@ class TestFormats(ToolCase):
         np.savetxt("cloud.txt", rows, fmt="%.17g", delimiter=",", header="x,y,z,r,g,b")
         np.savetxt("cloud.tsv", rows, fmt="%.17g", delimiter="\t", header="x\ty\tz\tr\tg\tb", comments="")
         np.savetxt("cloud.xyzrgb", rows, fmt="%.17g")
-        for name in ("cloud.tsv", "cloud.xyzrgb", "ascii.ply", "big.ply", "double.ply", "UPPER.PLY", "ascii.pcd", "binary.pcd",
-                     "binary_compressed.pcd", "cloud.vtp", "cloud.xyz", "cloud.txt"):
+        np.save("cloud.npy", rows)
+        for name in ("cloud.npy", "cloud.tsv", "cloud.xyzrgb", "ascii.ply", "big.ply", "double.ply", "UPPER.PLY",
+                     "ascii.pcd", "binary.pcd", "binary_compressed.pcd", "cloud.vtp", "cloud.xyz", "cloud.txt"):
             np.testing.assert_allclose(self.picture(name), reference, atol=2e-3, err_msg=name)
+
+    def test_arrays_of_numpy(self):
+        """Of rows, of pictures of points, and of records with names; what is no table of points is refused."""
+        points, colors = sphere(600)
+        records = np.rec.fromarrays([*points.T, *colors.T, np.arange(600)], names="X,Y,Z,R,G,B,ring")
+        for array, fields in ((points.astype(np.float32), []), (points.reshape(20, 30, 3), []),
+                              (np.column_stack([points, colors]), ["RGB"]), (records, ["RGB", "ring"])):
+            np.save("cloud.npy", array)
+            cloud = read_npy_cloud("cloud.npy")[0]
+            np.testing.assert_allclose(places_of(cloud), points, atol=1e-7)
+            self.assertEqual(list(arrays_of(cloud)), fields)
+        for array, says in ((points.T, "save its transpose"), (points[:, 0], "shape is"), (points[:, :2], "shape is"),
+                            (points + 0j, "complex128"), (np.array([{}]), "no real numbers|pickle")):
+            np.save("bad.npy", array)
+            with self.assertRaisesRegex(UserProblem, f"bad.npy is not a .npy file of points: .*{says}"):
+                read_npy_cloud("bad.npy")
+        content = content_of("cloud.npy")
+        for damaged in (b"", b"hello", content[:40], content[:-100], content[:20] + b"\xff" * 9 + content[29:]):
+            write("bad.npy", damaged)
+            with self.assertRaisesRegex(UserProblem, "bad.npy"):
+                read_npy_cloud("bad.npy")
 
     def test_alpha_makes_a_cloud_translucent(self):
         points, colors = sphere()

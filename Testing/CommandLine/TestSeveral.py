@@ -79,9 +79,10 @@ class TestSeveral(ToolCase):
 
         self.assertEqual(read_as("a", "row", "beside"), "3 files as one cloud")
         self.assertEqual(read_as("a", "mm"),
-                         "mm.xyz is 1000 times as large as a.xyz, as if their units differed")
+                         "mm.xyz is 1000 times as large as a.xyz, as if their units differed: convert one of them")
         self.assertEqual(read_as("a", "beside", "utm"),
-                         "utm.xyz is far away from a.xyz, as if their coordinates differed")
+                         "utm.xyz is far away from a.xyz, as if their coordinates differed: draw it apart, or "
+                         "convert it")
         said = self.tool("render", "a.xyz", "utm.xyz", *CAMERA, *SMALL, "-o", "out.png")
         self.assertIn("a.xyz and 1 more: utm.xyz is far away from a.xyz", said)
 

@@ -43,9 +43,9 @@ def doubts(paths, places):
     are_beside = _beside_first(lows, highs, sizes)
     if not are_beside.all():
         texts.append(f"{paths[int(np.argmin(are_beside))]} is far away from {paths[0]}, as if their "
-                     "coordinates differed")
+                     "coordinates differed: draw it apart, or convert it")
     small, large = int(np.argmin(sizes)), int(np.argmax(sizes))
     if sizes[large] > SMALLER * sizes[small] > 0:
         texts.append(f"{paths[large]} is {sizes[large] / sizes[small]:.0f} times as large as "
-                     f"{paths[small]}, as if their units differed")
+                     f"{paths[small]}, as if their units differed: convert one of them")
     return texts

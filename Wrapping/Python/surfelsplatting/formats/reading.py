@@ -2,8 +2,10 @@
 """Reads point clouds of all formats that the tool supports."""
 
 import os
+from collections import Counter
 from contextlib import suppress
 from difflib import get_close_matches
+from shlex import quote
 
 import numpy as np
 
@@ -81,16 +83,25 @@ def _read_mapped(path, messages, progress):
     return Cloud(_updated(vtkSurfelHierarchyReader(), path, messages, progress).GetOutput())
 
 
+def _of_columns(data, columns):
+    if columns.are_degrees:
+        note_up(data, (0, 0, 1))
+    return with_image(Cloud(data, how=str(columns), is_unsure=columns.unsure))
+
+
 def _read_text(path, _messages, _progress):
     from .colmap import HOW, is_colmap, read_colmap_cloud
     from .text import read_text_cloud
 
     if is_colmap(path):
         return Cloud(read_colmap_cloud(path), how=HOW)
-    data, columns = read_text_cloud(path)
-    if columns.are_degrees:
-        note_up(data, (0, 0, 1))
-    return with_image(Cloud(data, how=str(columns), is_unsure=columns.unsure))
+    return _of_columns(*read_text_cloud(path))
+
+
+def _read_npy(path, _messages, _progress):
+    from .npy import read_npy_cloud
+
+    return _of_columns(*read_npy_cloud(path))
 
 
 def _read_bin(path, _messages, _progress):
@@ -182,6 +193,7 @@ _READERS = {
     ".asc": _read_text,
     ".csv": _read_text,
     ".pts": _read_text,
+    ".npy": _read_npy,
     ".ptx": _read_ptx,
     ".bin": _read_bin,
     ".las": _read_las,
@@ -190,11 +202,16 @@ _READERS = {
 }
 # Programs give tables of points names of their own, such as .dat.
 _TABLE = ".txt"
-_PACKED = (".zip", ".gz", ".bz2", ".xz", ".zst", ".7z", ".rar", ".tar")
+# What unpacks a file.
+_PACKED = {".zip": "unzip", ".gz": "gunzip -k", ".bz2": "bunzip2 -k", ".xz": "unxz -k", ".zst": "unzstd",
+           ".7z": "7z x", ".rar": "unrar x", ".tar": "tar xf", ".tgz": "tar xf"}
 
 
 def _meant(path):
     """-> the file beside it that may be meant, as the end of a sentence, or nothing"""
+    plain = path.replace("\\", "/")  # Windows separates folders by it
+    if os.path.exists(plain):
+        return f"; did you mean {quote(plain)}?"
     folder, name = os.path.split(path)
     near = []
     with suppress(OSError):  # a folder that is missing, or not readable
@@ -204,7 +221,12 @@ def _meant(path):
 
 def _check_file(path):
     if os.path.isdir(path):
-        raise UserProblem(f"{path} is a folder; give a point cloud file, or several")
+        known = []
+        with suppress(OSError):
+            kinds = Counter(os.path.splitext(name)[1] for name in os.listdir(path))
+            known = [kind for kind, _ in kinds.most_common() if kind.lower() in _READERS]
+        example = f", for example {os.path.join(path, '*' + known[0])}" if known else ""
+        raise UserProblem(f"{path} is a folder; give a point cloud file, or several{example}")
     if not os.path.exists(path):
         raise UserProblem(f"{path} does not exist{_meant(path)}")
     if not os.access(path, os.R_OK):
@@ -254,10 +276,11 @@ def read_cloud(path, messages, progress):
         extension = _TABLE if is_table(path) else extension
     if extension not in _READERS:
         if extension in _PACKED:
-            raise UserProblem(f"{path} is packed; unpack it first")
+            program = "tar xf" if ".tar." in path.lower() else _PACKED[extension]
+            raise UserProblem(f"{path} is packed; unpack it first: {program} {quote(path)}")
         unknown = f"unknown extension {extension!r}" if extension else "it has no extension"
-        raise UserProblem(f"{path}: {unknown}; a point cloud is one of "
-                          f"{', '.join(sorted(_READERS))}")
+        raise UserProblem(f"{path}: {unknown}; save it as .ply, .las or .e57 by the program that made it, or by "
+                          "CloudCompare; surfelsplat render --help lists all files that are read")
     if os.path.getsize(path) == 0:
         raise UserProblem(f"{path} is empty")
     with np.errstate(all="ignore"):  # casts of damaged values warn

@@ -13,9 +13,9 @@ DESCRIPTION = """\
 Renders a point cloud as a surface, with depth of field if a lens is given.
 
 CLOUD is one of these; surfelsplat info tells what is in it:
-  points     .ply .pcd .las .laz .e57 .ptx .csv .tsv .xyz .xyzn .xyzrgb .txt .asc .pts .bin .vtp .vtu
-             .vtk, with their colours, alpha and normals; meshes, by their vertices or by points on
-             their faces: .obj .stl .off .gltf .glb, and .ply .vtp .vtk with faces
+  points     .ply .pcd .las .laz .e57 .ptx .csv .tsv .xyz .xyzn .xyzrgb .txt .asc .pts .npy .bin .vtp
+             .vtu .vtk, with their colours, alpha and normals; meshes, by their vertices or by points
+             on their faces: .obj .stl .off .gltf .glb, and .ply .vtp .vtk with faces
   captures   of 3D Gaussian splatting: .ply .spz .sog .splat, and folders with the meta.json of .sog
   volumes    .vti .vtk .mhd .mha .nrrd .nhdr
   surfels    that --hierarchy or --surfels has written: .surfels .vtp
