@@ -232,6 +232,7 @@ class TestBadInput(ToolCase):
         for option, meant in (("--linear", "--linear-light"), ("--aperture", "--f-number"),
                               ("--dof=10", "--blur"), ("--fov", "--view-angle")):
             self.refuse_options(option, says=f"did you mean {meant}?")
+        self.refuse_options("--blur", "2,5", says="'2,5' is not a finite number; the decimal point is a point")
         self.refuse("paint", says="'paint' is no command; give one of view, web, render")
         self.refuse("rendr", "ok.ply", says="did you mean render?")
         self.refuse("ok.ply", says="first, for example surfelsplat view ok.ply")

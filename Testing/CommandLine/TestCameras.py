@@ -33,9 +33,10 @@ class TestCameras(ToolCase):
         return asked_view(parse_arguments(["render", "cloud.ply", "-o", "out.png", *options]))
 
     def test_spellings(self):
-        """Numbers as one word, choices in capitals; files may have such names."""
+        """Numbers as one word, choices in capitals, dashes for hyphens; files may have such names."""
         for size in (["--size", "320x200"], ["--size=320X200"], ["--size", "320", "200"],
-                     ["--size", "320,200"], ["--size=320 200"], ["--size", "320 × 200"]):
+                     ["--size", "320,200"], ["--size=320 200"], ["--size", "320 × 200"], ["--size", "320*200"],
+                     ["\u2014size", "320", "200"], ["\u2013-size", "320x200"]):
             arguments = parse_arguments(["render", "640x480", *size, "--view", "Top", "--up", "-Z",
                                          "-o", "5x5.png"])
             self.assertEqual(arguments.size, [320, 200])

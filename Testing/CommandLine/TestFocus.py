@@ -246,6 +246,8 @@ class TestOptions(ToolCase):
         self.assertLess(np.abs(halved - small).mean(), 1.0)
 
     def test_what_is_refused(self):
+        self.refuse("render", "missing.ply", *SMALL, "--focus-pixel", "64", "0", "-o", "out.png",
+                    says="no pixel 64 0 in a picture of 64 x 48")  # before the cloud is read
         for pixel, says in (((0, 0), "nearest one"), ((64, 0), "no pixel 64 0 in a picture of 64 x 48")):
             self.refuse("render", self.hierarchy, *CAMERA, *SMALL, "--focus-pixel", *pixel, "--blur", 5,
                         "-o", "out.png", says=says)

@@ -54,6 +54,7 @@ class TestScalars(ToolCase):
     def test_unknown_colormaps(self):
         with self.assertRaisesRegex(UserProblem, "'nonsense'"):
             colors_of("nonsense")
+        np.testing.assert_array_equal(colors_of("Viridis"), colors_of("viridis"))
 
     def test_height(self):
         """y of the ball goes up in the picture: from -1 to 1, black to white."""
@@ -130,6 +131,8 @@ class TestScalars(ToolCase):
                               (("--scalars", "x", "--range", "2", "2"), "--range is from 2 to 2"),
                               (("--scalars", "x", "--colormap", "none such"), "'none such'")):
             self.refuse("render", "ball.xyz", *FRAME, *options, "-o", "out.png", says=says)
+        # At once, not after the minutes that a large cloud takes
+        self.refuse("render", "missing.ply", "--scalars", "x", "--colormap", "none such", says="'none such'")
 
 
 if __name__ == "__main__":

@@ -86,6 +86,16 @@ class TestSeveral(ToolCase):
         said = self.tool("render", "a.xyz", "utm.xyz", *CAMERA, *SMALL, "-o", "out.png")
         self.assertIn("a.xyz and 1 more: utm.xyz is far away from a.xyz", said)
 
+    def test_files_behind_options(self):
+        points, _ = sphere()
+        for name, part in (("a", points[:1500]), ("b", points[1500:])):
+            np.savetxt(name + ".xyz", part)
+        self.render("a.xyz", "b.xyz", *CAMERA, *SMALL, "-o", "together.png")
+        self.render("a.xyz", *CAMERA, *SMALL, "b.xyz", "-o", "apart.png")
+        self.assertEqual(content_of("together.png"), content_of("apart.png"))
+        self.refuse("render", "a.xyz", *SMALL, "missing.xyz", says="unrecognized arguments: missing.xyz")
+        self.refuse("render", "a.xyz", *SMALL, "-o", "together.png", "together.png", says="together.png is ")
+
     def test_what_not_all_have_is_left_out_and_said(self):
         points, colors = sphere()
         height = points[:, 2]

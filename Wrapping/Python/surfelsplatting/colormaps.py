@@ -61,7 +61,7 @@ def _of_matplotlib(name):
 
 def colors_of(name):
     """-> [SIZE, 3] colours from 0 to 1, or UserProblem if there is no such colour map."""
-    knots = _known(name) if name in COLORMAPS else _of_matplotlib(name)
+    knots = _known(name.lower()) if name.lower() in COLORMAPS else _of_matplotlib(name)
     places = np.linspace(0, len(knots) - 1, SIZE)
     return np.stack([np.interp(places, range(len(knots)), channel) for channel in knots.T], axis=1)
 

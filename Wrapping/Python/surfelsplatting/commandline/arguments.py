@@ -19,7 +19,7 @@ PICTURES = (".png", *JPEGS, ".exr")
 NUMBERS = {"--size": 2, "--focus-pixel": 2, "--range": 2, "--focus-pull": 2, "--position": 3,
            "--focal-point": 3, "--focus-point": 3, "--view-up": 3, "--background": 3}
 NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?", re.IGNORECASE)
-TUPLE = re.compile(rf"{NUMBER.pattern}(?:(?:\s*[,x×]\s*|\s+){NUMBER.pattern})+", re.IGNORECASE)
+TUPLE = re.compile(rf"{NUMBER.pattern}(?:(?:\s*[,x×*]\s*|\s+){NUMBER.pattern})+", re.IGNORECASE)
 
 
 class _Help(argparse.Action):
@@ -133,7 +133,8 @@ def number(text):
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a finite number")
+        comma = "; the decimal point is a point" if "," in text else ""
+        raise argparse.ArgumentTypeError(f"{text!r} is not a finite number{comma}")
     return value
 
 

@@ -12,13 +12,16 @@ from .arguments import (angle, between, count, lens_parts, not_negative, number,
 TRIPLE = dict(nargs=3, type=number, metavar=("X", "Y", "Z"))
 
 
-class _Clouds(argparse.Action):
+def note_clouds(arguments, paths):
     """Notes the files, and what messages call the cloud that they are."""
+    arguments.clouds = paths
+    more = len(paths) - 1
+    arguments.cloud = f"{paths[0]} and {more} more" if more else paths[0]
 
+
+class _Clouds(argparse.Action):
     def __call__(self, parser, namespace, values, option_string=None):
-        namespace.clouds = values
-        more = len(values) - 1
-        namespace.cloud = f"{values[0]} and {more} more" if more else values[0]
+        note_clouds(namespace, values)
 
 
 def add_clouds(parser, text="the point cloud; several files are one cloud"):

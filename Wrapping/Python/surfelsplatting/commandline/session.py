@@ -10,7 +10,7 @@ from ..backend import vtk
 from ..clouds.colors import hides_intensity
 from ..clouds.stations import TO_SCANNER
 from ..clouds.thinning import may_be_thinned, one_of
-from ..colormaps import check_scalars, range_of, range_without_outliers, with_scalars
+from ..colormaps import check_scalars, colors_of, range_of, range_without_outliers, with_scalars
 from ..formats.several import read_clouds
 from ..shapes.outward import turn_outward
 from ..shapes.precision import why_stepped
@@ -107,7 +107,9 @@ class Session:
 
     def load(self, with_note=True):
         """-> Cloud, and says how it was read. with_note: also where that was a guess, without -v"""
-        path = self.arguments.cloud
+        path, colormap = self.arguments.cloud, getattr(self.arguments, "colormap", None)
+        if colormap:
+            colors_of(colormap)  # UserProblem, before all that takes time
         with self.run.stage("read"):
             cloud = self.cloud()
         self.say(f"{path}: {counted(cloud.data.GetNumberOfPoints(), 'points')}"

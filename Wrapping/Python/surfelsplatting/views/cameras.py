@@ -298,6 +298,15 @@ def check_size(size):
                           f"{LARGEST_SIDE} pixels per side and {LARGEST_PICTURE} in total")
 
 
+def check_pixel(pixel, size):
+    """pixel: column and row from the upper left corner"""
+    width, height = size
+    if not (0 <= pixel[0] < width and 0 <= pixel[1] < height):
+        raise UserProblem(f"there is no pixel {pixel[0]} {pixel[1]} in a picture of {width} x "
+                          f"{height}; give a column from 0 to {width - 1} and a row, from the top, "
+                          f"from 0 to {height - 1}")
+
+
 def _check_range(view):
     for name, vector in (("position", view.position), ("focal point", view.focal_point),
                          ("view-up vector", view.view_up), ("focus point", view.focus_point)):
@@ -319,6 +328,8 @@ def _check_range(view):
 def check_view(view):
     """The checks that do not need the cloud."""
     check_size(view.size)
+    if view.wishes.focus_pixel:
+        check_pixel(view.wishes.focus_pixel, view.size)
     _check_range(view)
     if view.view_up is not None and not any(view.view_up):
         raise UserProblem("the view-up vector is 0 0 0; give a direction")

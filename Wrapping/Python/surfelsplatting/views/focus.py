@@ -11,7 +11,7 @@ from ..shapes.directions import unit
 from ..vtkarrays import to_numpy
 from ..vtkmessages import errors_of
 from ..vtkSurfelRendering import vtkSurfelSplatter
-from .cameras import LARGEST_BLUR, Wishes, dot, subtract
+from .cameras import LARGEST_BLUR, Wishes, check_pixel, dot, subtract
 from .vtkcamera import make_camera, set_lens
 
 SMALL = 120  # px, height of a picture that shows what is in the middle
@@ -105,14 +105,6 @@ def _nearest_that_sees(depths, pixel):
     return int(columns[nearest]), int(rows[nearest])
 
 
-def _check_pixel(pixel, size):
-    width, height = size
-    if not (0 <= pixel[0] < width and 0 <= pixel[1] < height):
-        raise UserProblem(f"there is no pixel {pixel[0]} {pixel[1]} in a picture of {width} x "
-                          f"{height}; give a column from 0 to {width - 1} and a row, from the top, "
-                          f"from 0 to {height - 1}")
-
-
 def _point_in(depths, camera, pixel):
     column, row = pixel
     if not depths[row, column] > 0:
@@ -132,7 +124,7 @@ def point_at_pixel(renderer, pixel, update=_update):
     pixel: column and row, counted from the upper left corner, as programs for pictures count.
     update: updates the renderer, for example with progress.
     """
-    _check_pixel(pixel, renderer.GetSize())
+    check_pixel(pixel, renderer.GetSize())
     return _point_in(sharp_depths(renderer, update), renderer.GetCamera(), pixel)
 
 
@@ -232,7 +224,7 @@ def settle_focus(view, renderer, update=_update, depths=None):
     renderer.SetSize(*view.size)
     pixel, blur = view.wishes.focus_pixel, view.wishes.blur
     if pixel:
-        _check_pixel(pixel, view.size)
+        check_pixel(pixel, view.size)
     if depths is None and (pixel or blur is not None):
         depths = sharp_depths(renderer, update)
     if pixel:

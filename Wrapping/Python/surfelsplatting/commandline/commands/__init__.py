@@ -12,6 +12,7 @@ import os
 from ...version import __version__
 from ..arguments import Parser, split_numbers
 from ..completion import complete
+from ..options import note_clouds
 from . import film, info, render, view, web
 
 COMMANDS = (view, web, render, film, info)
@@ -53,6 +54,12 @@ def _check_command(word, parser, names):
     parser.error(f"{word!r} is no command; {hint}")
 
 
+def _with_hyphens(words):
+    """The words, of which office programs may have made an option's hyphens a dash."""
+    return ["--" + word.lstrip("-\u2013\u2014") if word[:1] in ("\u2013", "\u2014") and not os.path.exists(word) else word
+            for word in words]
+
+
 def parse_arguments(words):
     """-> the arguments, with run(arguments); or UserProblem."""
     parser = Parser(prog="surfelsplat", description="Draws point clouds with depth of field.",
@@ -61,7 +68,7 @@ def parse_arguments(words):
     parser.add_argument("--version", action="version", version=f"surfelsplat {__version__}")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True,
                                      parser_class=Parser)
-    words = list(split_numbers(words))
+    words = list(split_numbers(_with_hyphens(words)))
     if words[:1] == ["help"]:  # as in other programs
         words = [*words[1:], "--help"]
     named = [command for command in COMMANDS if command.__name__.split(".")[-1] in words[:1]]
@@ -72,7 +79,9 @@ def parse_arguments(words):
         parser.exit(2, parser.format_help())
     _check_command(words[0], parser, list(commands.choices))
     arguments, unknown = parser.parse_known_args(words)
-    if unknown:
+    if unknown and all(map(os.path.exists, unknown)):  # files behind options, too
+        note_clouds(arguments, arguments.clouds + unknown)
+    elif unknown:
         _refuse(unknown, commands.choices[arguments.command])
     # The options on the command line, whether or not they have their default values.
     arguments.given = sorted({word.split("=")[0] for word in words if word.startswith("-")})
