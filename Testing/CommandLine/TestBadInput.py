@@ -224,7 +224,7 @@ class TestBadInput(ToolCase):
 
     def test_other_options(self):
         self.refuse_options("--focal-disk", "-1", says=["--focal-disk", "negative"])
-        self.refuse_options("--focal-disk", "1", "--pinhole", says="--pinhole and --focal-disk cannot be combined")
+        self.refuse_options("--focal-disk", "1", "--blur", "0", says="--focal-disk and --blur cannot be combined")
         self.refuse_options("--background", "0", "0", "2", says="between 0 and 1")
         self.refuse_options("--threads", "0", says="--threads")
         self.refuse_options("--threads", "none", says="--threads")

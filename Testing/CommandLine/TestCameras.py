@@ -70,7 +70,7 @@ class TestCameras(ToolCase):
                           "--view-angle", "50", "--size", "10", "20", "--focal-disk", "0.25",
                           "--focal-distance", "7")
         self.assertEqual(view, View((-1, -2.5, -1e-3), (0, 1, 0), (1, 0, 0), 50, (10, 20), 0.25, 7))
-        self.assertEqual(self.asked("--camera", "camera.json", "--pinhole").focal_disk, 0)
+        self.assertEqual(self.asked("--camera", "camera.json", "--blur", "0").focal_disk, 0)
         kept = self.asked("--camera", "camera.json", "--view-angle", "50")
         self.assertEqual((kept.position, kept.view_angle, kept.focal_disk), ((1, 2, 3), 50, 0.5))
 
@@ -93,11 +93,11 @@ class TestCameras(ToolCase):
                               (["--f-number", "2"], (0, None, 2, None)),
                               (["--blur", "5"], (0, None, None, 5)),
                               (["--focal-disk", "3"], (3, None, None, None)),
-                              (["--pinhole"], (0, None, None, None)), ([], (0.5, None, None, None))):
+                              (["--blur", "0"], (0, None, None, None)), ([], (0.5, None, None, None))):
             view = self.asked("--camera", "camera.json", *options)
             self.assertEqual((view.focal_disk, view.circle_of_confusion, view.wishes.f_number,
                               view.wishes.blur), lens)
-            self.assertEqual(view.has_lens, options != ["--pinhole"])
+            self.assertEqual(view.has_lens, options != ["--blur", "0"])
 
     def test_one_focus_replaces_another(self):
         self.write(dict(VIEW, focusPoint=[0.1, 0.2, 0.3]))

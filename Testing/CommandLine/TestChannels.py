@@ -25,7 +25,7 @@ class TestChannels(ToolCase):
         write_ply("glass.ply", points, np.hstack([colors, opaque // 2]), points)
 
     def channels(self, cloud, *words, focus=FOCUS):
-        focused = [] if "--pinhole" in words else ["--focal-distance", focus]
+        focused = [] if "--blur" in words else ["--focal-distance", focus]
         self.render(cloud, *VIEW, *focused, *words, "-o", "out.exr")
         return self.read_exr("out.exr")
 
@@ -65,7 +65,7 @@ class TestChannels(ToolCase):
         self.assertTrue((planes["level"][nothing] == -1).all() and nothing.any())
 
     def test_coverage_is_not_opacity(self):
-        for lens in (["--pinhole"], ["--circle-of-confusion", 8, "--lens-cells", 5],
+        for lens in (["--blur", "0"], ["--circle-of-confusion", 8, "--lens-cells", 5],
                      ["--circle-of-confusion", 8]):
             opaque = self.channels("opaque.ply", "--channels", "coverage,fragments", *lens)
             glass = self.channels("glass.ply", "--channels", "coverage,fragments", *lens)
@@ -86,13 +86,13 @@ class TestChannels(ToolCase):
             self.assertTrue((whole == np.round(whole)).all())
 
     def test_fragments_are_all_of_them(self):
-        self.render("glass.ply", *VIEW, "--pinhole", "--no-lod", "--channels", "fragments",
+        self.render("glass.ply", *VIEW, "--blur", "0", "--no-lod", "--channels", "fragments",
                     "-o", "out.exr", "--stats", "out.json")
         total = read_json("out.json")["fragments"]
         self.assertEqual(self.read_exr("out.exr")["fragments"].sum(), total)
 
     def test_levels(self):
-        planes = self.channels("opaque.ply", "--channels", "level", "--pinhole", "--no-lod")
+        planes = self.channels("opaque.ply", "--channels", "level", "--blur", "0", "--no-lod")
         seen = planes["A"] > 0
         self.assertTrue((planes["level"][seen] == 0).all())
         coarse = self.channels("opaque.ply", "--channels", "level", "--circle-of-confusion", 30,

@@ -19,7 +19,7 @@ NO_LENS = "without a lens; add one, for example --blur 10"
 # Option, the other options, what stderr says after "OPTION has no effect "; None: nothing.
 ON_A_HIERARCHY = (
     ("--focal-distance 3", "", NO_LENS),
-    ("--focus-point 0 0 0.5", "--pinhole", NO_LENS),
+    ("--focus-point 0 0 0.5", "--blur 0", NO_LENS),
     ("--focus-pixel 30 20", "--circle-of-confusion 0", NO_LENS),
     ("--focus-pixel 30 20", "--save-camera out.json", None),
     ("--lens-cells 7", "--blur 0", NO_LENS),

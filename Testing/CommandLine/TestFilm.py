@@ -297,6 +297,7 @@ class TestFilm(FilmCase):
         self.refuse_film("does not exist", "-o", "no/folder")
         for extension in (".avi", ".webp", ".jpeg"):
             self.refuse_film(f"'{extension}'", "-o", "out" + extension)
+        self.refuse_film("--focus-pull and --blur 0 cannot be combined", "--focus-pull", "--blur", "0", "-o", "out")
         self.refuse_film("takes no distance or two", "--focus-pull", "3", "-o", "out")
         self.assertEqual(self.contents("mine"), {"0000.png": b"a picture of mine"})
         write("empty.xyz", "")
@@ -337,6 +338,12 @@ class TestMovie(FilmCase):
         self.assertEqual([len(film) for film in films], [9, 9])
         self.assertLess(np.abs(films[0] - films[1]).mean(), 3)
         self.assertEqual(sorted(os.listdir(".")), ["again.gif", "ball.ply", "out.gif", "pictures"])
+
+    @unittest.skipUnless(shutil.which("ffmpeg"), "there is no ffmpeg")
+    def test_name_of_its_own(self):
+        said = self.tool("film", "ball.ply", *SMALL, "--frames", "3")
+        self.assertEqual((self.code, said), (0, "surfelsplat: ball.ply.mp4 written\n"))
+        self.assertEqual(sorted(os.listdir(".")), ["ball.ply", "ball.ply.mp4"])
 
     def test_without_ffmpeg(self):
         words = [TOOL, "film", "ball.ply", "-o", "out.mp4"]

@@ -56,9 +56,9 @@ class TestLensCells(ToolCase):
         self.assertEqual(read_json("stats.json")["lens"]["cells"], 1)
 
     def test_a_pinhole_has_one_cell(self):
-        one, once = self.run_with("--pinhole")
+        one, once = self.run_with("--blur", "0")
         seven, statistics = self.run_with(
-            "--pinhole", "--lens-cells", "7",
+            "--blur", "0", "--lens-cells", "7",
             warning="surfelsplat: warning: --lens-cells has no effect without a lens; .*\n")
         np.testing.assert_array_equal(one, seven)
         self.assertEqual(once["splats"], statistics["splats"])

@@ -182,7 +182,7 @@ class TestPictures(ToolCase):
                        "viewAngle": 30, "size": [64, 48], "focalDisk": 1.8, "focalDistance": 9},
                       file)
         np.testing.assert_array_equal(self.picture("--camera", "camera.json"), blurred)
-        np.testing.assert_array_equal(self.picture("--camera", "camera.json", "--pinhole"), sharp)
+        np.testing.assert_array_equal(self.picture("--camera", "camera.json", "--blur", "0"), sharp)
 
     def test_camera_over_ground_leaves_the_sky_empty(self):
         # Surfels beside the lens have no affine footprint; once they covered the whole screen.

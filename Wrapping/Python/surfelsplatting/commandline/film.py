@@ -28,7 +28,7 @@ from .session import IN_MIDDLE, RENDER, Session
 PULL_BLUR = 0.025  # of a pull's own lens: radius of the largest blur at its begin, picture heights
 
 # These change neither the pictures nor their number.
-WITHOUT_EFFECT = ("check", "command", "given", "output", "rate", "resume", "run", "threads",
+WITHOUT_EFFECT = ("check", "command", "given", "is_output_chosen", "output", "rate", "resume", "run", "threads",
                   "verbose")
 
 
@@ -234,4 +234,5 @@ def film(arguments):
         if movie:
             write_movie(program, frames.pattern, arguments.rate, arguments.output)
             frames.remove()
-    session.say(f"{arguments.output} written")
+    say = session.tell if arguments.is_output_chosen else session.say
+    say(f"{arguments.output} written")

@@ -2,6 +2,7 @@
 """Groups of options that several commands have."""
 
 import argparse
+import os
 
 from ..problems import UserProblem
 from ..surfels import HUGE
@@ -22,6 +23,13 @@ def note_clouds(arguments, paths):
 class _Clouds(argparse.Action):
     def __call__(self, parser, namespace, values, option_string=None):
         note_clouds(namespace, values)
+
+
+def name_output(arguments, extension):
+    """The default is a name that nothing else has: scan.png beside scan.obj may be its texture."""
+    arguments.is_output_chosen = arguments.output is None
+    if arguments.is_output_chosen:
+        arguments.output = os.path.basename(os.path.abspath(arguments.clouds[0])) + extension
 
 
 def add_clouds(parser, text="the point cloud; several files are one cloud"):
@@ -81,7 +89,8 @@ def add_lens_options(parser):
         "lens", "Everything is sharp unless --camera or one of these gives a lens.")
     lens.add_argument("--blur", type=between(0, LARGEST_BLUR), metavar="PX",
                       help="radius of the blur in pixels at the far end of what is seen, or at the "
-                           "near end if that is farther from the focus; try 10")
+                           "near end if that is farther from the focus; try 10. 0 takes away the lens of "
+                           "--camera")
     lens.add_argument("--circle-of-confusion", type=between(0, LARGEST_BLUR), metavar="PX",
                       help="radius of the blur in pixels of very distant points; things twice as "
                            "far as the focus have half of it")
@@ -90,7 +99,6 @@ def add_lens_options(parser):
                            "see --focal-length")
     lens.add_argument("--focal-disk", type=not_negative, metavar="D",
                       help="diameter of the lens in world units, 0 = pinhole")
-    lens.add_argument("--pinhole", action="store_true", help="no lens; ignore the camera's lens")
 
 
 def _add_color_options(parser):
@@ -250,7 +258,7 @@ def add_run_options(parser):
 # Of each of these at most one can be given.
 EXCLUSIVE = (("--view", "--position"), ("--up", "--view-up"), ("--view-angle", "--focal-length"),
              ("--focus-pixel", "--focus-point", "--focal-distance"),
-             ("--pinhole", "--focal-disk", "--circle-of-confusion", "--f-number", "--blur"),
+             ("--focal-disk", "--circle-of-confusion", "--f-number", "--blur"),
              ("--no-lod", "--lod-error"))
 
 

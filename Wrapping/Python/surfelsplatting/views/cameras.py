@@ -275,9 +275,8 @@ def _with_lens(view, arguments):
         view = replace(view, focal_distance=0.0, focus_point=None,
                        wishes=replace(view.wishes, focus_pixel=tuple(arguments.focus_pixel)))
     disk, confusion = arguments.focal_disk, arguments.circle_of_confusion
-    wishes = replace(view.wishes, blur=arguments.blur, f_number=arguments.f_number)
-    if arguments.pinhole or any(x is not None for x in (disk, confusion, wishes.blur,
-                                                        wishes.f_number)):
+    wishes = replace(view.wishes, blur=arguments.blur or None, f_number=arguments.f_number)
+    if any(x is not None for x in (disk, confusion, arguments.blur, arguments.f_number)):
         view = replace(view, focal_disk=disk or 0.0, circle_of_confusion=confusion, wishes=wishes)
     return view
 

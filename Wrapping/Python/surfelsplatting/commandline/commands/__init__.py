@@ -8,6 +8,7 @@ take 55 ms less.
 
 import difflib
 import os
+import re
 
 from ...version import __version__
 from ..arguments import Parser, split_numbers
@@ -18,7 +19,7 @@ from . import film, info, render, view, web
 COMMANDS = (view, web, render, film, info)
 
 # What other programs call an option.
-OTHER_WORDS = {**dict.fromkeys(("dof", "bokeh", "depth-of-field"), "blur"), "coc": "circle-of-confusion",
+OTHER_WORDS = {**dict.fromkeys(("dof", "bokeh", "depth-of-field", "pinhole"), "blur"), "coc": "circle-of-confusion",
                **dict.fromkeys(("aperture", "fstop", "f-stop"), "f-number"), "focus": "focus-pixel",
                **dict.fromkeys(("width", "height", "resolution"), "size"), "fov": "view-angle",
                **dict.fromkeys(("color-by", "color", "colour"), "scalars"), "bg": "background",
@@ -56,8 +57,8 @@ def _check_command(word, parser, names):
 
 def _with_hyphens(words):
     """The words, of which office programs may have made an option's hyphens a dash."""
-    return ["--" + word.lstrip("-\u2013\u2014") if word[:1] in ("\u2013", "\u2014") and not os.path.exists(word) else word
-            for word in words]
+    dash = re.compile("[\u2013\u2014][-\u2013\u2014]*")
+    return [dash.sub("--", word, 1) if dash.match(word) and not os.path.exists(word) else word for word in words]
 
 
 def parse_arguments(words):

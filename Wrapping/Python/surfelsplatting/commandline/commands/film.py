@@ -6,7 +6,7 @@ import os
 from ...problems import UserProblem
 from ..arguments import between, checked, count, number, refuse_together
 from ..options import (add_camera_options, add_clouds, add_detail_options, add_lens_options,
-                       add_look_options, add_run_options, check_options)
+                       add_look_options, add_run_options, check_options, name_output)
 
 DESCRIPTION = """\
 Makes a film of a point cloud: the camera goes around it, the focus moves through it, or the camera
@@ -24,7 +24,7 @@ place it.
 
 EXAMPLES = """\
 examples:
-  surfelsplat film lion.ply -o lion.mp4
+  surfelsplat film lion.ply
   surfelsplat film lion.ply -o lion.mp4 --focus-pull --size 1280 720
   surfelsplat film lion.ply -o lion.gif --frames 60 --rate 15 --size 400 300
   surfelsplat film kinect.pcd -o frames --circle-of-confusion 12
@@ -42,7 +42,7 @@ LARGEST_FILM = 1_000_000  # frames
 # What a motion decides itself.
 PLACING = ("--camera", "--position", "--focal-point", "--view-up", "--view-angle",
            "--focal-length", "--view", "--azimuth", "--elevation", "--roll", "--zoom", "--up")
-FOCUSING = ("--focal-distance", "--focus-point", "--focus-pixel", "--pinhole")
+FOCUSING = ("--focal-distance", "--focus-point", "--focus-pixel")
 
 _distance = checked(number, lambda value: value > 0, "is not above 0")
 
@@ -72,10 +72,11 @@ def _add_motion_options(parser):
 def add_parser(commands):
     """Adds the command and its options."""
     film = commands.add_parser("film", help="make a film: a turntable, a focus pull or a path",
-                               usage="surfelsplat film CLOUD ... -o OUT [options]",
+                               usage="surfelsplat film CLOUD ... [-o OUT] [options]",
                                description=DESCRIPTION, epilog=EXAMPLES, first=FIRST)
     add_clouds(film)
-    film.add_argument("-o", "--output", required=True, metavar="OUT", help="OUT.mp4, OUT.gif or a folder")
+    film.add_argument("-o", "--output", metavar="OUT", help="OUT.mp4, OUT.gif or a folder (default: of scan.ply, "
+                      "scan.ply.mp4 in the current folder)")
     film.add_argument("--resume", action="store_true",
                       help="keep the pictures that an earlier run of the same command has made")
     _add_motion_options(film)
@@ -92,6 +93,7 @@ def _check_motion(arguments):
     pull = arguments.focus_pull
     if pull is not None and len(pull) not in (0, 2):
         raise UserProblem(f"--focus-pull takes no distance or two, not {len(pull)}")
+    refuse_together(("--focus-pull", pull is not None), ("--blur 0", arguments.blur == 0))
     for options, others in (("--through", PLACING), ("--focus-pull", FOCUSING)):
         for other in others:
             refuse_together(*((name, name in arguments.given) for name in (options, other)))
@@ -101,6 +103,7 @@ def check(arguments):
     """Raises UserProblem about options that cannot be combined."""
     check_options(arguments)
     _check_motion(arguments)
+    name_output(arguments, ".mp4")
     extension = os.path.splitext(arguments.output)[1].lower()
     if extension in NO_FOLDERS and not os.path.isdir(arguments.output):
         raise UserProblem(f"{arguments.output}: {extension!r} is no film that can be written; give "

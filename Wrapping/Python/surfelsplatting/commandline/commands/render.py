@@ -2,12 +2,12 @@
 """surfelsplat render: its options."""
 
 import argparse
-import os
 
 from ...problems import UserProblem
 from ..arguments import PICTURES, refuse_together
 from ..options import (add_camera_options, add_clouds, add_detail_options, add_lens_options,
-                       add_look_options, add_other_outputs, add_run_options, check_options)
+                       add_look_options, add_other_outputs, add_run_options, check_options,
+                       name_output)
 
 DESCRIPTION = """\
 Renders a point cloud as a surface, with depth of field if a lens is given.
@@ -95,22 +95,18 @@ def add_parser(commands):
     render.set_defaults(check=check, run=run)
 
 
-def _name_output(arguments):
-    """The default is a name that nothing else has: scan.png beside scan.obj may be its texture."""
+def _check_pictures(arguments):
     pictures = [path for path in arguments.clouds if path.lower().endswith(PICTURES)]
     if pictures:
         raise UserProblem(f"{pictures[0]} is a picture, not a cloud; to write it, give -o "
                           f"{pictures[0]}")
-    arguments.is_output_chosen = arguments.output is None
-    if arguments.is_output_chosen:
-        extension = ".exr" if arguments.deep or arguments.channels else ".png"
-        arguments.output = os.path.basename(os.path.abspath(arguments.clouds[0])) + extension
 
 
 def check(arguments):
     """Raises UserProblem about options that cannot be combined."""
     check_options(arguments)
-    _name_output(arguments)
+    _check_pictures(arguments)
+    name_output(arguments, ".exr" if arguments.deep or arguments.channels else ".png")
     refuse_together(("--no-lod", arguments.no_lod), ("--hierarchy", arguments.hierarchy))
     for option, is_given in (("--deep", arguments.deep), ("--channels", arguments.channels)):
         if is_given and not arguments.output.lower().endswith(".exr"):
