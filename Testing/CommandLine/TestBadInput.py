@@ -240,7 +240,6 @@ class TestBadInput(ToolCase):
         self.refuse_options("--background=#12345", says="'#12345' is no colour")
         self.refuse_options("--background", "0.5", says="expected 3 arguments: R G B")
         self.refuse("render", says="CLOUD")
-        self.refuse("film", "ok.ply", says="--output")
 
     # --- outputs --------------------------------------------------------------------------------
     def test_outputs_that_cannot_be(self):

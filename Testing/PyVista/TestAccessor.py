@@ -219,6 +219,8 @@ class TestAccessor(PlotterCase):
              lambda: self.cloud.surfels.plot(point_size=5)),
             (TypeError, "surfels.plot has no argument 'ssao'; a pyvista.Plotter",
              lambda: self.cloud.surfels.plot(ssao=True)),
+            (TypeError, "surfels.plot has no argument 'blur'; coc is the blur",
+             lambda: self.cloud.surfels.plot(blur=10)),
         ]
         for kind, text, call in cases:
             with self.subTest(text), self.assertRaisesRegex(kind, text), warnings.catch_warnings():

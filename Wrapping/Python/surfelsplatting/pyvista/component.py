@@ -337,7 +337,8 @@ ELSEWHERE = {**dict.fromkeys(MEANINGLESS, "surfels have no {}; leave it out, or 
              **dict.fromkeys(("cleaning", "sides", "viewpoint", "neighbors", "hierarchy"),
                              "cloud.surfels.estimate({}=...) makes surfels, which are drawn as they are"),
              **dict.fromkeys(("coc", "diameter", "focus", "cells"),
-                             "pl.surfels.lens({}=...) of a pyvista.Plotter sets it")}
+                             "pl.surfels.lens({}=...) of a pyvista.Plotter sets it"),
+             "blur": "coc is the blur of very distant points, in plot and pl.surfels.lens"}
 # add_mesh takes some under other names, too, which its signature does not have.
 ADD_NAMES = {*inspect.signature(SurfelComponent.add).parameters, "colormap", "rgba", "rng",
              *inspect.signature(pv.Plotter.add_mesh).parameters} - {"self", "mesh", "kwargs", *MEANINGLESS}
