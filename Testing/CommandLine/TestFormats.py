@@ -62,6 +62,19 @@ class TestFormats(ToolCase):
                      "ascii.pcd", "binary.pcd", "binary_compressed.pcd", "cloud.vtp", "cloud.xyz", "cloud.txt"):
             np.testing.assert_allclose(self.picture(name), reference, atol=2e-3, err_msg=name)
 
+    def test_content_counts_not_the_name(self):
+        """Downloads and copies have other names, and so have files that somebody has renamed in hope."""
+        points, colors = sphere(600)
+        write_ply("ball.ply", points, colors)
+        write_pcd("ball.pcd", pcd_columns(points, colors), "binary")
+        np.save("ball.npy", points)
+        for name in ("ball.ply", "ball.pcd", "ball.npy"):
+            expected = self.report(name)
+            for other in ("ball", "ball (1)", "ball.xyz", "ball.las", "ball.bak", "ball.gz"):
+                write(other, content_of(name))
+                report = self.report(other)
+                self.assertEqual({**report, "file": name}, expected)
+
     def test_arrays_of_numpy(self):
         """Of rows, of pictures of points, and of records with names; what is no table of points is refused."""
         points, colors = sphere(600)

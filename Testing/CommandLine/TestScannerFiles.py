@@ -176,7 +176,7 @@ class TestWithoutPackages(ToolCase):
     def test_says_what_to_install(self):
         for missing, extension, requirement, begin in (
                 (["laspy"], "las", "laspy[lazrs]", b"LASF"),
-                (["lazrs", "laszip"], "laz", "laspy[lazrs]", b"LASF"),
+                (["lazrs", "laszip"], "laz", "laspy[lazrs]", b"LASF" + bytes(100) + b"\x82"),
                 (["pye57"], "e57", "pye57", b"ASTM-E57")):
             write(f"scan.{extension}", begin)
             code = (f"import sys; sys.modules.update(dict.fromkeys({missing})); sys.argv = "

@@ -11,6 +11,7 @@ from ..clouds.polydata import polydata_of
 from ..problems import UserProblem, how_to_install
 from .packages import package_for
 
+FORMAT_AT, COMPRESSED = 104, 128  # byte of the header with the format of the points, and its bit of .laz files
 CHUNKS_OFFSET_AT = 96  # byte of the header with the offset of the points, which begin with that of
 # the table of chunks (LAZ specification 1.4, "Chunk table")
 WKT = 2112  # record of a .las file with the coordinate system as text (LAS specification 1.4)
@@ -18,9 +19,15 @@ MODEL_TYPE, GEOGRAPHIC = 1024, 2  # GeoTIFF's key of the kind of coordinate syst
 LAS_SCALARS = ("classification", "return_number", "gps_time")
 
 
+def _is_compressed(path):
+    with open(path, "rb") as file:
+        header = file.read(FORMAT_AT + 1)
+    return len(header) > FORMAT_AT and bool(header[FORMAT_AT] & COMPRESSED)
+
+
 def _check_decoder(laspy, path):
     """laspy itself reads what is not compressed."""
-    if path.lower().endswith(".laz") and not laspy.LazBackend.detect_available():
+    if _is_compressed(path) and not laspy.LazBackend.detect_available():
         how = how_to_install("'laspy[lazrs]'")
         raise UserProblem(f"{path}: compressed files need a decoder for the Python package laspy: "
                           f"{how}; or convert the file, for example with `pdal translate {path} "
@@ -70,7 +77,7 @@ def read_las_cloud(path):
     laspy = package_for(path, "laspy", "laspy[lazrs]", b"LASF")
     _check_decoder(laspy, path)
     try:
-        if path.lower().endswith(".laz"):
+        if _is_compressed(path):
             _check_chunks(path)
         las = laspy.read(path)
         places = np.column_stack([las.x, las.y, las.z])

@@ -200,6 +200,10 @@ _READERS = {
     ".laz": _read_las,
     ".e57": _read_e57,
 }
+# What files begin with, whatever they are called.
+_BEGINS = {b"ply\n": ".ply", b"ply\r": ".ply", b"# .PCD": ".pcd", b"LASF": ".las", b"ASTM-E57": ".e57",
+           b"glTF": ".glb", b"\x93NUMPY": ".npy"}
+LONGEST_BEGIN = max(map(len, _BEGINS))
 # Programs give tables of points names of their own, such as .dat.
 _TABLE = ".txt"
 # What unpacks a file.
@@ -265,26 +269,41 @@ def _check_arrays(data, path):
                               "each point; make the file again from what it was made of")
 
 
+def _kind_by_content(path):
+    """-> the extension of what a file is by its first bytes, or nothing; programs that download or copy files
+    change their names"""
+    with open(path, "rb") as file:
+        start = file.read(LONGEST_BEGIN)
+    return next((kind for begin, kind in _BEGINS.items() if start.startswith(begin)), "")
+
+
+def _reader_of(path):
+    """-> one of _READERS, or UserProblem"""
+    named = os.path.splitext(path)[1].lower()
+    kind = _kind_by_content(path) or named
+    if kind in _PACKED:
+        program = "tar xf" if ".tar." in path.lower() else _PACKED[kind]
+        raise UserProblem(f"{path} is packed; unpack it first: {program} {quote(path)}")
+    if kind not in _READERS:
+        from .text import is_table
+
+        kind = _TABLE if is_table(path) else kind
+    if kind not in _READERS:
+        unknown = f"unknown extension {named!r}" if named else "it has no extension"
+        raise UserProblem(f"{path}: {unknown}; save it as .ply, .las or .e57 by the program that made it, or by "
+                          "CloudCompare; surfelsplat render --help lists all files that are read")
+    return _READERS[kind]
+
+
 def read_cloud(path, messages, progress):
     """-> Cloud with at least one point, or UserProblem."""
     path = folder_meta(path)
-    extension = os.path.splitext(path)[1].lower()
     _check_file(path)
-    if extension not in _READERS and extension not in _PACKED:
-        from .text import is_table
-
-        extension = _TABLE if is_table(path) else extension
-    if extension not in _READERS:
-        if extension in _PACKED:
-            program = "tar xf" if ".tar." in path.lower() else _PACKED[extension]
-            raise UserProblem(f"{path} is packed; unpack it first: {program} {quote(path)}")
-        unknown = f"unknown extension {extension!r}" if extension else "it has no extension"
-        raise UserProblem(f"{path}: {unknown}; save it as .ply, .las or .e57 by the program that made it, or by "
-                          "CloudCompare; surfelsplat render --help lists all files that are read")
+    read = _reader_of(path)
     if os.path.getsize(path) == 0:
         raise UserProblem(f"{path} is empty")
     with np.errstate(all="ignore"):  # casts of damaged values warn
-        cloud = _READERS[extension](path, messages, progress)
+        cloud = read(path, messages, progress)
     if cloud.data.GetNumberOfPoints() == 0:
         raise no_points(path)
     cloud.path = path
