@@ -89,7 +89,7 @@ class TestPackage(ToolCase):
                 self.assertEqual(files.setdefault(height, content), content, threads)
 
     def test_module_runs_the_tool(self):
-        result = subprocess.run([sys.executable, "-s", "-m", "surfelsplatting.commandline",
+        result = subprocess.run([sys.executable, "-s", "-m", "surfelsplatting",
                                  "--version"], capture_output=True, text=True, check=True)
         self.assertRegex(result.stdout, r"\Asurfelsplat \d+\.\d+\.\d+\n\Z")
 

@@ -71,7 +71,7 @@ class Server:
     def __init__(self, *words):
         self.log = open("web.log", "w", encoding="utf-8")
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "surfelsplatting.commandline", "web", *words, "-v"],
+            [sys.executable, "-m", "surfelsplatting", "web", *words, "-v"],
             stdout=self.log, stderr=self.log, env=server_environment())
         wait_for(lambda: "open http" in self.read_log() or self.process.poll() is not None, "page")
         found = re.search(r"http://([^:]*):(\d+)/(\?token=(\S+))?", self.read_log())
@@ -383,7 +383,7 @@ class TestAccess(WebCase):
                                 (["--port", "70000"], "70000 is not between 0 and 65535"),
                                 (["--sides", "given", "--port", "0"], "has no normals")):
                 result = subprocess.run(
-                    [sys.executable, "-m", "surfelsplatting.commandline", "web", "scan.ply",
+                    [sys.executable, "-m", "surfelsplatting", "web", "scan.ply",
                      *words],
                     capture_output=True, text=True, timeout=PATIENCE, check=False,
                     env=server_environment())
