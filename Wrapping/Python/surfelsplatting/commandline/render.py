@@ -118,7 +118,7 @@ def _say_what_is_seen(renderer, depths, asked, view, session):
     seen = (f"in focus at {distance_in_focus(view):.5g}{', ' + IN_MIDDLE if is_in_middle else ''}; seen from "
             f"{ends[0]:.5g} to {ends[1]:.5g} along the view direction")
     if view.has_lens:
-        seen += f", blurred there by {blurs[0]:.3g} and {blurs[1]:.3g} px"
+        seen += ", blurred there by {:g} and {:g} px".format(*(round(blur, 2) for blur in blurs))
     (session.tell if view.has_lens and is_in_middle else session.say)(seen)
     if view.has_lens and max(blurs) < NO_BLUR:
         metres = ("; --f-number takes the units of the cloud for metres"
