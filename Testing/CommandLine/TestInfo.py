@@ -52,6 +52,18 @@ class TestInfo(ToolCase):
             self.assertRegex(self.info("ball.ply"), "Normals: normals, float, 3 values a point" + says.replace(
                 "3 values a point", ""))
 
+    def test_normals_of_other_points(self):
+        """As where a program has turned the points alone, or sorted them; not where they are noisy."""
+        points, _ = sphere()
+        random = np.random.default_rng(4)
+        for normals, low, high in ((points, 0, 5), (points + 0.3 * random.normal(size=points.shape), 10, 30),
+                                   (random.permutation(points), 55, 65), (points[:, [2, 0, 1]], 50, 80)):
+            write_ply("ball.ply", points, normals=normals)
+            [field] = self.report("ball.ply")["fields"]
+            self.assertTrue(low <= field["lean"] <= high, field)
+            says = f"; half of them lean on the surface by more than {field['lean']:.0f} degrees, as if"
+            self.assertEqual(says in self.info("ball.ply"), low > 30)
+
     def test_surfels_with_an_origin(self):
         """Their bounds are those of the world."""
         write_ply("ball.ply", sphere()[0] + UTM, kind="double")
