@@ -91,7 +91,9 @@ class TestFormats(ToolCase):
             with self.assertRaisesRegex(UserProblem, f"bad.npy is not a .npy file of points: .*{says}"):
                 read_npy_cloud("bad.npy")
         content = content_of("cloud.npy")
-        for damaged in (b"", b"hello", content[:40], content[:-100], content[:20] + b"\xff" * 9 + content[29:]):
+        for damaged in (b"", b"hello", content[:40], content[:-100], content[:20] + b"\xff" * 9 + content[29:],
+                        content.replace(b"}", b" ", 1), content.replace(b"(600,)", b"(6e9,)", 1),
+                        content.replace(b"(600,)", b"(9**9)", 1)):
             write("bad.npy", damaged)
             with self.assertRaisesRegex(UserProblem, "bad.npy"):
                 read_npy_cloud("bad.npy")

@@ -30,7 +30,7 @@ def read_npy_cloud(path):
     try:
         with open(path, "rb") as file:
             table, names = _table_of(np.lib.format.read_array(file, allow_pickle=False))
-    except (ValueError, EOFError, OSError, SyntaxError, MemoryError) as problem:
+    except Exception as problem:  # numpy passes on those of Python's tokenizer
         raise UserProblem(f"{path} is not a .npy file of points: {problem}") from problem
     columns = by_names(list(names), table) if names else by_values(path, table)
     make = cloud_of_degrees if columns.are_degrees else polydata_of
