@@ -42,8 +42,19 @@ constexpr double FarShift = 0.55;
 bool EstimationExecution::Run(vtkPointSet* input)
 {
   const StageProgress progress(this->Filter, 0.0, 1.0);
-  const auto fit = [&] { return this->Fit(input, progress.Part(0.0, 0.6)); };
+  const auto search = [&] {
+    this->Search(input);
+    this->ReadNormals(input);
+    return progress.Step(0.6 * FitBegin);
+  };
+  const auto fit = [&] { return this->Fit(input, progress.Part(0.6 * FitBegin, 0.6)); };
   const auto shape = [&] { return this->Shape(input, progress.Part(0.85, 0.98)); };
+  if (!this->All(search))
+  {
+    this->Release();
+    return false;
+  }
+  this->JudgeNormals();
   const bool finished =
     this->All(fit) && this->Orient(input, progress.Part(0.6, 0.85)) && this->All(shape);
   this->Release();
@@ -52,12 +63,10 @@ bool EstimationExecution::Run(vtkPointSet* input)
 
 bool EstimationExecution::Fit(vtkPointSet* input, const StageProgress& progress)
 {
-  this->Search(input);
-  this->ReadNormals(input);
   const FitSettings& settings = this->Settings.Fit;
-  if (!progress.Step(FitBegin) ||
-    !FitPlanes({ this->Cloud(), *this->Searched.Tree, settings, this->Given, FindScanners(input) },
-      progress.Part(FitBegin, 1.0), this->Fits, this->Searched.Graph))
+  if (!FitPlanes(
+        { this->Cloud(), *this->Searched.Tree, settings, this->Given, FindScanners(input) },
+        progress, this->Fits, this->Searched.Graph))
   {
     return false;
   }
@@ -106,13 +115,43 @@ void EstimationExecution::ReadNormals(vtkPointSet* input)
   }
 }
 
+void EstimationExecution::JudgeNormals()
+{
+  NormalsUse found = this->Given.empty() ? NormalsUse::None : NormalsUse::Kept;
+  const auto isBetterThan = [&](NormalsUse use) { return this->All([&] { return found < use; }); };
+  const bool hasSides =
+    this->Settings.Rule == SideRule::Shape || this->Settings.Rule == SideRule::Scanners;
+  this->All([&] {
+    if (!this->Given.empty() && this->Settings.JudgeNormals && this->Cloud().Size() > 0)
+    {
+      found = SurfelGeometry::JudgeNormals(this->Searched, this->Given);
+    }
+    return true;
+  });
+  this->Normals = !isBetterThan(NormalsUse::Dropped)      ? NormalsUse::Dropped
+    : !isBetterThan(NormalsUse::WithoutSides) && hasSides ? NormalsUse::WithoutSides
+                                                          : std::min(found, NormalsUse::Kept);
+  if (this->Normals == NormalsUse::Dropped)
+  {
+    this->Given.clear();
+  }
+}
+
 bool EstimationExecution::Orient(vtkPointSet* input, const StageProgress& progress)
 {
   const double* v = this->Settings.Viewpoint;
-  return DecideSides({ this->Settings.Rule, this->Settings.UseViewpoint, { v[0], v[1], v[2] },
-                       this->Sharing ? this->Sharing->Orientation : nullptr, this->Cloud(),
-                       this->Searched.Graph, FindScanners(input) },
-    progress, this->Fits, this->Result);
+  const bool trusted = this->Normals != NormalsUse::WithoutSides;
+  const bool finished =
+    DecideSides({ this->Settings.Rule, this->Settings.UseViewpoint, { v[0], v[1], v[2] }, trusted,
+                  this->Sharing ? this->Sharing->Orientation : nullptr, this->Cloud(),
+                  this->Searched.Graph, FindScanners(input) },
+      progress, this->Fits, this->Result);
+  for (size_t i = 0; i < this->Given.size() / 3 && !trusted; ++i)
+  {
+    const Vector3 given = Load(this->Given.data() + 3 * i);
+    this->Fits[i].Given = Dot(given, given) > 0.0; // their planes stay
+  }
+  return finished;
 }
 
 bool EstimationExecution::Shape(vtkPointSet* input, const StageProgress& progress)
@@ -250,6 +289,7 @@ EstimationCounts EstimationExecution::Count() const
   counts.NonFinite = this->Cloud().NonFinite;
   counts.Duplicate = this->Cloud().Duplicates;
   counts.InvalidNormals = this->InvalidNormals;
+  counts.Normals = this->Normals;
   std::atomic<vtkIdType> isolated{ 0 }, degenerate{ 0 }, twoSided{ 0 };
   const auto count = static_cast<vtkIdType>(this->Fits.size());
   ParallelFor(0, count, [&](vtkIdType i, vtkIdType end) {

@@ -6,6 +6,7 @@
 #pragma once
 
 #include "Filters/Arrays/PointColors.h"
+#include "Filters/Estimation/GivenNormals.h"
 #include "Filters/Estimation/PlaneFit.h"
 #include "Filters/Estimation/SurfaceHeights.h"
 #include "Filters/Estimation/SurfelKernel.h"
@@ -30,8 +31,8 @@ struct EstimationSettings
   FitSettings Fit;
   bool HasCells, IsElliptical; // the kernels; neither: they are round
   double KernelScale, CellBlur, MaximumAxisRatio;
-  bool KeepNormals;
-  const char* NormalsArrayName; // may be null
+  bool KeepNormals, JudgeNormals; // whether they are kept, and looked at before
+  const char* NormalsArrayName;   // may be null
   SideRule Rule;
   bool UseViewpoint;
   double Viewpoint[3];
@@ -58,6 +59,7 @@ struct EstimationCounts
   vtkIdType NonFinite = 0, Duplicate = 0, Isolated = 0, Degenerate = 0, InvalidNormals = 0,
             TwoSided = 0, Components = 0, ClosedComponents = 0;
   double MedianSpacing = 0.0;
+  NormalsUse Normals = NormalsUse::None;
 };
 
 class EstimationExecution
@@ -86,6 +88,9 @@ private:
   /// Takes the search of the filter before over, or makes one.
   void Search(vtkPointSet* input);
   void ReadNormals(vtkPointSet* input);
+
+  /// Decides what becomes of the given normals: on all ranks the worst that one of them finds.
+  void JudgeNormals();
 
   /// These return false if stopped.
   bool Fit(vtkPointSet* input, const StageProgress& progress);
@@ -133,5 +138,6 @@ private:
   SurfaceHeights Heights; // with cells only
   CloudColors Colors;     // empty: those of the input stay
   vtkIdType InvalidNormals = 0;
+  NormalsUse Normals = NormalsUse::None;
 };
 }

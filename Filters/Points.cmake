@@ -32,6 +32,7 @@ set(sources
   Cleaning/StrayPoints.cxx
   Estimation/CloudPlanes.cxx
   Estimation/ColorInterpolation.cxx
+  Estimation/GivenNormals.cxx
   Estimation/IsolatedPoints.cxx
   Estimation/KernelSteering.cxx
   Estimation/LineFits.cxx

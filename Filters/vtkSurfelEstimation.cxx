@@ -210,6 +210,7 @@ EstimationSettings vtkSurfelEstimation::GetSettings() const
   settings.CellBlur = this->CellBlur;
   settings.MaximumAxisRatio = this->MaximumAxisRatio;
   settings.KeepNormals = this->KeepNormals != 0;
+  settings.JudgeNormals = this->OrientationMode != AS_GIVEN;
   settings.NormalsArrayName = this->NormalsArrayName;
   settings.Rule = this->OrientationMode == VIEWPOINT ? SideRule::Viewpoint
     : this->OrientationMode == SCANNERS              ? SideRule::Scanners
@@ -233,6 +234,7 @@ void vtkSurfelEstimation::Take(const EstimationCounts& counts)
   this->NumberOfComponents = counts.Components;
   this->NumberOfClosedComponents = counts.ClosedComponents;
   this->MedianSpacing = counts.MedianSpacing;
+  this->NormalsUse = static_cast<int>(counts.Normals);
 }
 
 //------------------------------------------------------------------------------
@@ -270,13 +272,22 @@ bool vtkSurfelEstimation::CheckSettings(vtkPointSet* input)
 //------------------------------------------------------------------------------
 void vtkSurfelEstimation::WarnOfTroubles()
 {
-  const std::string message = ListCounts(
+  std::string message = ListCounts(
     { { this->NumberOfNonFinitePoints, "point", "with NaN or infinite coordinates dropped" },
       { this->NumberOfDuplicatePoints, "duplicate", "dropped" },
       { this->NumberOfIsolatedPoints, "isolated point", "kept with a bounded radius" },
       { this->NumberOfDegeneratePoints, "point",
         "with fewer than three neighbours, or all of them on a line: normals arbitrary" },
       { this->NumberOfInvalidNormals, "given normal", "zero or not finite, estimated instead" } });
+  if (this->NormalsUse == NORMALS_WITHOUT_SIDES || this->NormalsUse == NORMALS_DROPPED)
+  {
+    message += (message.empty() ? "" : "; ") +
+      std::string(this->NormalsUse == NORMALS_DROPPED
+          ? "the given normals are not those of the surface, and others are estimated"
+          : "given normals of one surface point to both of its sides, and what is outside is "
+            "estimated") +
+      " (AS_GIVEN keeps them)";
+  }
   if (!message.empty())
   {
     vtkWarningMacro(<< message << '.');
@@ -334,5 +345,6 @@ void vtkSurfelEstimation::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "NumberOfTwoSidedSurfels: " << this->NumberOfTwoSidedSurfels << "\n";
   os << indent << "NumberOfComponents: " << this->NumberOfComponents << "\n";
   os << indent << "NumberOfClosedComponents: " << this->NumberOfClosedComponents << "\n";
+  os << indent << "NormalsUse: " << this->NormalsUse << "\n";
   os << indent << "MedianSpacing: " << this->MedianSpacing << "\n";
 }

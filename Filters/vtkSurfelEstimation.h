@@ -85,6 +85,13 @@ public:
     TWO_SIDED = 3,
     SCANNERS = 4
   };
+  enum NormalsUses
+  {
+    NO_NORMALS = 0,
+    NORMALS_KEPT = 1,
+    NORMALS_WITHOUT_SIDES = 2,
+    NORMALS_DROPPED = 3
+  };
 
   ///@{
   /**
@@ -175,7 +182,12 @@ public:
    * Their signs are then the orientation too, unless OrientationMode is VIEWPOINT or TWO_SIDED.
    * Where the points around have another slope, and not by chance, kernels and area vectors follow
    * the points, so that no gaps open between surfels; the array of the normals stays as it is.
-   * Points whose normal is zero or not finite get an estimated one. Default on.
+   * Points whose normal is zero or not finite get an estimated one.
+   *
+   * Unless OrientationMode is AS_GIVEN, a sample tells whether they are those of the surface (see
+   * GetNormalsUse). Where neighbours in one plane have opposite ones, their signs are as good as
+   * the votes of their patch: nine tenths decide, else it is as without normals. Normals that are
+   * not across the planes of the points are not used. Default on.
    */
   vtkSetMacro(KeepNormals, vtkTypeBool);
   vtkGetMacro(KeepNormals, vtkTypeBool);
@@ -302,6 +314,12 @@ public:
   ///@}
 
   /**
+   * What the last execution made of given normals: NO_NORMALS (there were none), NORMALS_KEPT,
+   * NORMALS_WITHOUT_SIDES or NORMALS_DROPPED, see KeepNormals.
+   */
+  vtkGetMacro(NormalsUse, int);
+
+  /**
    * Median spacing of the last execution's surfels, world units; 0 without any.
    */
   vtkGetMacro(MedianSpacing, double);
@@ -357,6 +375,7 @@ private:
   vtkIdType NumberOfTwoSidedSurfels = 0;
   vtkIdType NumberOfComponents = 0;
   vtkIdType NumberOfClosedComponents = 0;
+  int NormalsUse = NO_NORMALS;
   double MedianSpacing = 0.0;
 };
 

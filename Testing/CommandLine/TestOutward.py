@@ -224,6 +224,24 @@ class TestOutward(ToolCase):
                          "are turned; --sides given keeps them\n")
         self.assertNotIn("turned", self.tool("render", "ball.ply", *render, "--sides", "given"))
 
+    def test_normals_that_tell_nothing(self):
+        """Their signs are chance, or they are all alike: the picture is that without them."""
+        points, colors = sphere(20_000)
+        signs = np.random.default_rng(1).choice([-1, 1], len(points))[:, None]
+        render = ["--size", "64x48", "--unlit"]
+        write_ply("none.ply", points, colors)
+        self.tool("render", "none.ply", *render, "-o", "none.png")
+        for normals, said in ((signs * points, "point to both sides of one surface"),
+                              (points * 0 + [1, 0, 0], "are not those of the surface")):
+            write_ply("ball.ply", points, colors, normals)
+            told = self.tool("render", "ball.ply", *render, "-o", "a.png")
+            self.assertIn(f"surfelsplat: ball.ply: its normals {said}", told)
+            self.assertIn("; --sides given keeps them", told)
+            self.assertLess(np.abs(self.read_png("a.png").astype(int)
+                                   - self.read_png("none.png")).mean(), 1)
+            told = self.tool("render", "ball.ply", *render, "-o", "a.png", "--sides", "given")
+            self.assertNotIn("its normals", told)
+
     def test_cube_looks_right(self):
         """An inside-out cube is the picture of a right one, within noise of the points' places."""
         pictures = []

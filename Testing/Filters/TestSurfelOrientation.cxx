@@ -414,3 +414,131 @@ TEST_CASE("Modes")
   CHECK(estimation->GetOutput()->GetNumberOfPoints() == 0);
 }
 }
+
+namespace
+{
+/// A ball over a square, whose first points are those of the ball.
+struct BallAndFloor
+{
+  Sampled All = MakeBallAndWall(20000, -1.5, 0.02);
+
+  /// Sides with these normals given, of the ball or of the square.
+  template <typename Normal>
+  Sides Given(vtkSurfelEstimation* estimation, bool ofBall, Normal&& normal) const
+  {
+    std::vector<Vec> normals;
+    for (size_t i = 0; i < this->All.Points.size(); ++i)
+    {
+      normals.push_back(normal(this->All.Points[i], this->All.Normals[i]));
+    }
+    auto data = ToPolyData(this->All.Points);
+    AddNormals(data, normals);
+    estimation->SetInputData(data);
+    estimation->Update();
+    const Surfels surfels(estimation->GetOutput());
+    return ofBall ? CountSides(surfels, this->All, 0, 20000)
+                  : CountSides(surfels, this->All, 20000, this->All.Points.size());
+  }
+};
+
+Vec Times(double a, const Vec& n)
+{
+  return { a * n[0], a * n[1], a * n[2] };
+}
+}
+
+/// Signs of given normals that neighbours contradict are as good as the votes of their patch.
+TEST_CASE("Given normals that point to both sides")
+{
+  const BallAndFloor scene;
+  vtkNew<vtkSurfelEstimation> estimation;
+  Messages messages(estimation);
+  Random random(21);
+  const auto byChance = [&](const Vec&, const Vec& n) { return Times(random() < 0.5 ? -1 : 1, n); };
+  const auto half = [](const Vec& p, const Vec& n) { return Times(p[0] < 0.0 ? -1 : 1, n); };
+  const auto patches = [](const Vec& p, const Vec& n) {
+    const double cell = std::floor(3.0 * p[0]) + std::floor(3.0 * p[1]) + std::floor(3.0 * p[2]);
+    return Times(std::fmod(std::abs(cell), 3.0) == 0.0 ? -1 : 1, n);
+  };
+  const auto few = [&](const Vec&, const Vec& n) { return Times(random() < 0.04 ? -1 : 1, n); };
+  for (const bool ofBall : { true, false })
+  {
+    for (const Sides& sides : { scene.Given(estimation, ofBall, byChance),
+           scene.Given(estimation, ofBall, half), scene.Given(estimation, ofBall, patches) })
+    {
+      CHECK((ofBall ? sides.Right : sides.TwoSided) >= 0.99);
+      CHECK(estimation->GetNormalsUse() == vtkSurfelEstimation::NORMALS_WITHOUT_SIDES);
+    }
+    CHECK(scene.Given(estimation, ofBall, few).Right >= 0.99);
+  }
+  CHECK(messages.Warnings.size() == 8);
+  CHECK(messages.Warnings.back().find("both of its sides") != std::string::npos);
+  estimation->SetOrientationModeToAsGiven();
+  CHECK(scene.Given(estimation, true, byChance).Wrong >= 0.4);
+  CHECK(estimation->GetNormalsUse() == vtkSurfelEstimation::NORMALS_KEPT);
+  CHECK(messages.Warnings.size() == 8);
+}
+
+/// Normals that are not across the surface are not used; noise of ten degrees is no reason.
+TEST_CASE("Given normals of something else")
+{
+  const BallAndFloor scene;
+  vtkNew<vtkSurfelEstimation> estimation;
+  Messages messages(estimation);
+  Random random(22);
+  const auto noisy = [&](double noise) {
+    return [&random, noise](const Vec&, const Vec& n) {
+      return Vec{ n[0] + noise * (2.0 * random() - 1.0), n[1] + noise * (2.0 * random() - 1.0),
+        n[2] + noise * (2.0 * random() - 1.0) };
+    };
+  };
+  const auto sideways = [](const Vec&, const Vec&) { return Vec{ 1, 0, 0 }; };
+  const auto swapped = [](const Vec&, const Vec& n) { return Vec{ n[1], n[2], n[0] }; };
+  for (const Sides& sides : { scene.Given(estimation, true, sideways),
+         scene.Given(estimation, true, swapped), scene.Given(estimation, true, noisy(10.0)) })
+  {
+    CHECK(sides.Right >= 0.99);
+    CHECK(estimation->GetNormalsUse() == vtkSurfelEstimation::NORMALS_DROPPED);
+  }
+  CHECK(messages.Warnings.size() == 3);
+  CHECK(messages.Warnings.back().find("not those of the surface") != std::string::npos);
+  const auto inward = [](const Vec&, const Vec& n) { return Times(-100, n); };
+  CHECK(scene.Given(estimation, true, inward).Wrong >= 0.99);
+  CHECK(estimation->GetNormalsUse() == vtkSurfelEstimation::NORMALS_KEPT);
+  CHECK(scene.Given(estimation, true, noisy(0.17)).Right >= 0.99);
+  CHECK(estimation->GetNormalsUse() == vtkSurfelEstimation::NORMALS_KEPT);
+  CHECK(messages.Warnings.size() == 3);
+  estimation->KeepNormalsOff();
+  CHECK(scene.Given(estimation, true, inward).Right >= 0.99);
+  CHECK(estimation->GetNormalsUse() == vtkSurfelEstimation::NO_NORMALS);
+}
+
+/// The two sides of a leaf have opposite normals, whether it has any thickness or not.
+TEST_CASE("Given normals of both sides of a leaf")
+{
+  const double pitch = 0.01;
+  for (const double thickness : { 1e-3 * pitch, 0.9 * pitch })
+  {
+    Sampled leaf =
+      MakeRectangle({ 0, 0, 0 }, { 1, 0, 0 }, 1, { 0, 1, 0 }, 1, pitch, 1.0, Random(23));
+    const size_t front = leaf.Points.size();
+    Sampled back = thickness < 0.1 * pitch
+      ? leaf
+      : MakeRectangle({ 0, 0, 0 }, { 1, 0, 0 }, 1, { 0, 1, 0 }, 1, pitch, 1.0, Random(24));
+    back.Shift({ 0, 0, -thickness });
+    for (Vec& n : back.Normals)
+    {
+      n = Times(-1, n);
+    }
+    leaf.Append(back);
+    auto data = ToPolyData(leaf.Points);
+    AddNormals(data, leaf.Normals);
+    vtkNew<vtkSurfelEstimation> estimation;
+    estimation->SetInputData(data);
+    estimation->Update();
+    CHECK(estimation->GetNormalsUse() == vtkSurfelEstimation::NORMALS_KEPT);
+    const Surfels surfels(estimation->GetOutput());
+    CHECK(CountSides(surfels, leaf, 0, front).Right >= 0.9999);
+    CHECK(CountSides(surfels, leaf, front, leaf.Points.size()).Right >= 0.9999);
+  }
+}

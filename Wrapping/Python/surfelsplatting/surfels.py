@@ -252,11 +252,20 @@ def _with_hierarchy(surfels):
     return _note_places(filters.GetOutput())
 
 
+def what_normals_lack(estimation):
+    """-> what a vtkSurfelEstimation found wrong with the normals of the points; empty: nothing"""
+    return {estimation.NORMALS_WITHOUT_SIDES:
+                "its normals point to both sides of one surface, so that what is outside is estimated",
+            estimation.NORMALS_DROPPED:
+                "its normals are not those of the surface, so that others are estimated",
+            }.get(estimation.GetNormalsUse(), "")
+
+
 def _has_faults(filters):
     """Whether the input of a vtkPointsToSurfels has what nobody expects of a scan. That stray points and
     noise are gone is what cleaning is for."""
     estimation = filters.GetEstimation()
-    return any((filters.GetCleaning().GetNumberOfNonFinitePoints(),
+    return any((filters.GetCleaning().GetNumberOfNonFinitePoints(), what_normals_lack(estimation),
                 estimation.GetNumberOfNonFinitePoints(), estimation.GetNumberOfInvalidNormals(),
                 estimation.GetNumberOfDegeneratePoints()))
 

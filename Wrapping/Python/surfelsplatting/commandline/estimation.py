@@ -4,7 +4,7 @@
 from ..clouds.cloud import is_hierarchy
 from ..clouds.thinning import may_be_thinned
 from ..problems import UserProblem
-from ..surfels import is_sheet
+from ..surfels import is_sheet, what_normals_lack
 from ..vtkSurfelFilters import (vtkPartitionedSurfelEstimation, vtkPointsToSurfels,
                                 vtkSurfelHierarchy)
 
@@ -41,6 +41,7 @@ def _whole_cloud(cloud, arguments, with_hierarchy, *reporters):
     _update(filters, "surfels", arguments.cloud, *reporters)
     run.note_cleaning(filters.GetCleaning())
     run.note_estimation(filters.GetEstimation())
+    run.normals_lack = what_normals_lack(filters.GetEstimation())
     return filters.GetOutput()
 
 
