@@ -139,19 +139,28 @@ void EstimationExecution::JudgeNormals()
 
 bool EstimationExecution::Orient(vtkPointSet* input, const StageProgress& progress)
 {
+  this->MarkGiven(false);
   const double* v = this->Settings.Viewpoint;
-  const bool trusted = this->Normals != NormalsUse::WithoutSides;
   const bool finished =
-    DecideSides({ this->Settings.Rule, this->Settings.UseViewpoint, { v[0], v[1], v[2] }, trusted,
+    DecideSides({ this->Settings.Rule, this->Settings.UseViewpoint, { v[0], v[1], v[2] },
                   this->Sharing ? this->Sharing->Orientation : nullptr, this->Cloud(),
                   this->Searched.Graph, FindScanners(input) },
       progress, this->Fits, this->Result);
-  for (size_t i = 0; i < this->Given.size() / 3 && !trusted; ++i)
-  {
-    const Vector3 given = Load(this->Given.data() + 3 * i);
-    this->Fits[i].Given = Dot(given, given) > 0.0; // their planes stay
-  }
+  this->MarkGiven(true); // the planes of all
   return finished;
+}
+
+void EstimationExecution::MarkGiven(bool areGiven)
+{
+  if (this->Normals != NormalsUse::WithoutSides)
+  {
+    return;
+  }
+  for (size_t i = 0; i < this->Given.size() / 3; ++i)
+  {
+    const Vector3 normal = Load(this->Given.data() + 3 * i);
+    this->Fits[i].Given = areGiven && Dot(normal, normal) > 0.0;
+  }
 }
 
 bool EstimationExecution::Shape(vtkPointSet* input, const StageProgress& progress)

@@ -48,8 +48,7 @@ bool DecideSides(const SidesInput& input, const StageProgress& progress, PlaneFi
   }
   const auto areGiven = [&] {
     result.TwoSided.assign(fits.size(), 0);
-    return input.AreGivenTrusted &&
-      std::all_of(fits.begin(), fits.end(), [](const PlaneFit& fit) { return fit.Given; });
+    return std::all_of(fits.begin(), fits.end(), [](const PlaneFit& fit) { return fit.Given; });
   };
   if (All(input, areGiven))
   {
@@ -57,7 +56,6 @@ bool DecideSides(const SidesInput& input, const StageProgress& progress, PlaneFi
   }
   OutsideSettings settings;
   settings.UseViewpoint = input.UseViewpoint;
-  settings.TrustGiven = input.AreGivenTrusted;
   settings.UseScanners = input.Rule == SideRule::Scanners;
   settings.Viewpoint =
     LocalViewpoint(input, input.Shared ? input.Shared->Origin() : input.Cloud.Origin);
@@ -68,10 +66,6 @@ bool DecideSides(const SidesInput& input, const StageProgress& progress, PlaneFi
     }
     if (settings.UseScanners)
     {
-      for (PlaneFit& fit : fits)
-      {
-        fit.Given = fit.Given && settings.TrustGiven;
-      }
       settings.Facings = FaceScanners(input.Cloud, input.ToScanner, fits);
     }
     return true;

@@ -26,15 +26,13 @@ struct SidesInput
   SideRule Rule;
   bool UseViewpoint;         // where the shape tells nothing
   double Viewpoint[3];       // world units
-  bool AreGivenTrusted;      // whether given normals tell the outside, each its own
   SharedOrientation* Shared; // orientation together with other ranks, or null
   const LocalCloud& Cloud;
   const NeighborGraph& Graph;
   vtkDataArray* ToScanner; // of the input's points, or null
 };
 
-/// Turns the normals in `fits` outward. Given ones that are not trusted may be turned as well, and
-/// are given no more. Returns false if stopped.
+/// Turns the normals in `fits` outward. Returns false if stopped.
 bool DecideSides(const SidesInput& input, const StageProgress& progress, PlaneFits& fits,
   OrientationResult& result);
 }

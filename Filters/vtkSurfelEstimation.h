@@ -185,9 +185,9 @@ public:
    * Points whose normal is zero or not finite get an estimated one.
    *
    * Unless OrientationMode is AS_GIVEN, a sample tells whether they are those of the surface (see
-   * GetNormalsUse). Where neighbours in one plane have opposite ones, their signs are as good as
-   * the votes of their patch: nine tenths decide, else it is as without normals. Normals that are
-   * not across the planes of the points are not used. Default on.
+   * GetNormalsUse). If neighbours in one plane have opposite ones, their signs tell nothing, and
+   * sides are those of points without normals. Normals that are not across the planes of the points
+   * are not used. Default on.
    */
   vtkSetMacro(KeepNormals, vtkTypeBool);
   vtkGetMacro(KeepNormals, vtkTypeBool);

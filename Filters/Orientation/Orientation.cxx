@@ -195,7 +195,6 @@ private:
         const int i = component.Ids[m];
         PlaneFit& fit = this->Fits[i];
         const bool isKnown = isWhole || (side != 0 && this->Kinds[i] != PatchKind::Open);
-        fit.Given = fit.Given && this->Settings.TrustGiven;
         const bool hasOutside =
           fit.Given || (isKnown && fit.HasPlane() && !this->IsTurnedAway(input, i, side));
         result.TwoSided[i] = hasOutside ? 0 : 1;

@@ -22,7 +22,6 @@ struct OutsideSettings
   bool UseViewpoint = false;
   Vector3 Viewpoint{};          // relative to the cloud's origin
   double FacingAgreement = 0.8; // share of the area that must face the viewpoint, or face away
-  bool TrustGiven = true;       // given normals have their signs; else those of most in their patch
   bool UseScanners = false;     // what scanners have seen faces them; shapes tell nothing
   std::vector<float> Facings{}; // [n] with UseScanners: cosines as of FaceScanners
 };
