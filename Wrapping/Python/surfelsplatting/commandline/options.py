@@ -180,7 +180,8 @@ def _add_surfel_options(parser):
                              "to no surface, full also smooths noisy surfaces (default: full)")
     points.add_argument("--sides", choices=("auto", "two", "given"), default="auto",
                         help="from which sides surfaces are visible. auto: from outside, as the "
-                             "normals or the scanners in the file tell it, or else the shape; "
+                             "normals or the scanners in the file tell it, or else the shape, "
+                             "also where these normals cannot be right; "
                              "from both sides where nothing does, and where the camera would "
                              "see backs only; parts that are inside out are turned. two: from "
                              "both sides. given: as the normals or faces in the file tell it "
