@@ -16,8 +16,8 @@ namespace
 /// surface, one in the square of this has such a neighbour.
 constexpr float CopyGap = 10.0f;
 
-/// A point has at most so many copies.
-constexpr int MostCopies = 3;
+/// A point has at most so many copies: files in which each triangle has its own corners have five.
+constexpr int MostCopies = 7;
 
 /// About so many points tell whether a cloud has copies: if more than this part of the points have
 /// one. It is 1 % by chance, and 10 % of random points on lines.

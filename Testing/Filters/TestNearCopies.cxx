@@ -80,6 +80,18 @@ TEST_CASE("Two copies of each point, the first of them stay")
   CHECK(cleaned->GetNumberOfPoints() < 1.02 * Count);
 }
 
+TEST_CASE("Five copies of each point")
+{
+  std::vector<Vec> points = Sphere();
+  for (const double unit : { 1e-4, 1.2e-4, 1.4e-4, 1.6e-4, 1.8e-4 })
+  {
+    AppendRounded(1, unit, points);
+  }
+  const auto kept = Cleaned(ToPolyData(points, VTK_DOUBLE))->GetNumberOfPoints();
+  CHECK(kept < 1.05 * Count);
+  CHECK(kept > 0.98 * Count);
+}
+
 TEST_CASE("What is near by chance stays")
 {
   CHECK(Cleaned(ToPolyData(Sphere(), VTK_DOUBLE))->GetNumberOfPoints() == Count);
