@@ -13,7 +13,6 @@ from ..clouds.stations import TO_SCANNER, scanners_of
 from ..clouds.volumes import scalar_names
 from ..colormaps import range_without_outliers
 from ..formats.sogfiles import bytes_of
-from ..shapes.leaning import median_lean
 from ..shapes.rooms import is_room, may_be_room
 from ..shapes.samples import Samples
 from ..shapes.up import is_open
@@ -31,7 +30,6 @@ FAR_OFF = 5  # spacings, by which stray points make the bounds larger
 OPAQUE = 0.9  # opacity above which a Gaussian hides what is behind it
 SHOWN = 0.8  # part of the surface that shows both sides, from which --sides two changes little
 NOT_UNIT = 0.01  # as far from 1 the length of normals is worth a word
-LEANING = 45  # degrees by which most normals lean on the surface if they are not those of its points
 LISTED = 20  # places of scanners
 LONG = 20_000_000  # points that take more than a minute to become surfels
 QUICK = 1_000_000  # points that take seconds
@@ -239,9 +237,6 @@ def _report(cloud, session):
         report.update(_gaussians(cloud))
     elif kind == "points":
         cleaned, report["points_found"] = _clean(cloud, session)
-        for field in report["fields"]:
-            if field["meaning"] == "normals":
-                field["lean"] = median_lean(cleaned.data, cleaned.data.GetPointData().GetArray(field["name"]))
         report.update(_surface(cleaned, cloud, session))
         report["bounds_without_stray"] = _cut_off(report["bounds_without_stray"], report["bounds"])
     else:
@@ -284,9 +279,6 @@ def _field_text(field):
         text += f"; {share} points have none (zero, or no number), and get theirs from the shape"
     if field.get("length") and abs(field["length"] - 1) > NOT_UNIT:
         text += f"; {field['length']:.3g} long, of which only the direction counts"
-    if field.get("lean", 0) > LEANING:
-        text += (f"; half of them lean on the surface by more than {field['lean']:.0f} degrees, as if they were "
-                 "those of other points: leave them out of the file, or turn them with it")
     return text
 
 
