@@ -45,8 +45,8 @@ public:
   ///@{
   /**
    * Whether a mesh without normals gets those of its faces, smooth but for creases, if faces that
-   * meet agree on their sides. For vtkSurfelEstimation they are given: it takes their sides, which
-   * are wrong for parts that are inside out. Default on.
+   * meet agree on their sides. For vtkSurfelEstimation they are given: AS_GIVEN takes their sides,
+   * which are wrong for parts that are inside out. Default on.
    */
   vtkSetMacro(MakeNormals, vtkTypeBool);
   vtkGetMacro(MakeNormals, vtkTypeBool);

@@ -19,6 +19,7 @@ PLACES, MARKED = "SurfelPlaces", "SurfelMarks"  # field arrays
 HUGE = vtkPartitionedSurfelEstimation().GetPointsPerPart()
 MODEL = "ModelUp"  # a field array
 SHEET = "ModelIsSheet"  # a field array
+FACES = "ModelHasFaces"  # a field array
 MARKS = 1024  # surfels of which places and kernels are noted
 FEW = 8  # of them tell too little
 CLEANING = ("off", "outliers", "full")
@@ -218,17 +219,27 @@ def note_sheet(points):
     _note(points, SHEET, (1.0,))
 
 
-def is_sheet(points):
-    """Whether note_sheet has stored that it is one."""
-    return bool(points.GetFieldData().HasArray(SHEET))
+def note_faces(points):
+    """Stores of points on the faces of a mesh that their normals are those of the faces. Where two bodies
+    touch, they point to both sides of one plane, and are right."""
+    _note(points, FACES, (1.0,))
 
 
 def _note(points, name, values):
     points.GetFieldData().AddArray(named_array(name, [values], float))
 
 
+def sides_of(points, sides):
+    """-> the sides as asked for, or what "auto" means where note_sheet or note_faces have stored something"""
+    has = points.GetFieldData().HasArray
+    return sides if sides != "auto" else "two" if has(SHEET) else "given" if has(FACES) else sides
+
+
 def _set_sides(estimation, points, sides, viewpoint):
-    if one_of(sides, SIDES, "sides") == "two" or (sides == "auto" and viewpoint is None and is_sheet(points)):
+    one_of(sides, SIDES, "sides")
+    if viewpoint is None:
+        sides = sides_of(points, sides)
+    if sides == "two":
         estimation.SetOrientationModeToTwoSided()
     elif sides == "given":
         if not has_normals(points):

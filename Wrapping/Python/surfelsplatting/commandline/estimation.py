@@ -4,7 +4,7 @@
 from ..clouds.cloud import is_hierarchy
 from ..clouds.thinning import may_be_thinned
 from ..problems import UserProblem
-from ..surfels import is_sheet, what_normals_lack
+from ..surfels import sides_of, what_normals_lack
 from ..vtkSurfelFilters import (vtkPartitionedSurfelEstimation, vtkPointsToSurfels,
                                 vtkSurfelHierarchy)
 
@@ -15,9 +15,10 @@ def _set_filters(filters, cloud, arguments):
     filters.SetCleanPoints(arguments.cleaning != "off")
     filters.GetCleaning().SetSmoothing(arguments.cleaning == "full")
     filters.SetNumberOfNeighbors(arguments.neighbors or 0)
-    if arguments.sides == "two" or (arguments.sides == "auto" and is_sheet(cloud.data)):
+    sides = sides_of(cloud.data, arguments.sides)
+    if sides == "two":
         filters.GetEstimation().SetOrientationModeToTwoSided()
-    elif arguments.sides == "given":
+    elif sides == "given":
         if not cloud.normals:
             raise UserProblem(f"{arguments.cloud} has no normals, so --sides given cannot tell "
                               "which side is outside; use --sides auto or --sides two")
