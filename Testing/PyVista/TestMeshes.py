@@ -12,7 +12,6 @@ import pyvista as pv
 from surfelsplatting.clouds import faces
 from surfelsplatting.pyvista.points import points_of
 from surfelsplatting.surfels import make_surfels
-from vtkmodules.vtkCommonCore import vtkSMPTools
 
 from plottercase import PlotterCase
 
@@ -254,9 +253,6 @@ class TestDrawn(MeshCase):
         pl.show(auto_close=False)
         picker = pv._vtk.vtkPointPicker()
         picker.SetTolerance(0.005)
-        # With several threads that of VTK 9.7 sometimes takes a point of the back.
-        self.addCleanup(vtkSMPTools.SetBackend, vtkSMPTools.GetBackend())
-        vtkSMPTools.SetBackend("Sequential")
         self.assertTrue(picker.Pick(120, 90, 0, pl.renderer))
         np.testing.assert_allclose(picker.GetPickPosition(), (0.2, 0.3, 0.5), atol=0.05)
         vertex = actor.mapper.dataset["vertex"][picker.GetPointId()]
