@@ -508,7 +508,7 @@ struct ZRange
 
 /// The share of the radius of a splat's blur, in the world, that counts for its band. What covers
 /// one another becomes one layer in a wide band, and adds up there; in a narrow one surfaces fall
-/// apart, which pops. (With 0.5, a dragon blurred by 24 px has 0.3 dB less; with 0.1, it has 0.3 dB
+/// apart, which pops. (With 0.5, a dragon blurred by 24 px has 0.3 dB less; with 0.1, it has 0.4 dB
 /// more, but more seams.)
 constexpr float BlurOfBand = 0.3f;
 

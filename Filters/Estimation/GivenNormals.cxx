@@ -7,7 +7,7 @@
 #include "Filters/Neighbors/NeighborGraph.h"
 #include "Filters/Neighbors/NeighborSearch.h"
 
-#include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <numeric>
 

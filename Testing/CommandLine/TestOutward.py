@@ -14,8 +14,8 @@ from roomclouds import room
 from surfelsplatting.clouds.cloud import Cloud, cloud_of
 from surfelsplatting.clouds.polydata import cells_of, polydata_of
 from surfelsplatting.shapes.outward import turn_outward
-from TestMeshFaces import BOX, TRIANGLES, ball, write_stl
-from toolcase import ToolCase, arrays_of, fewer_on_faces, places_of, sphere, write_ply
+from TestMeshFaces import BOX, TRIANGLES, ball, write_obj, write_stl
+from toolcase import SMALL, ToolCase, arrays_of, fewer_on_faces, places_of, sphere, write_ply
 
 FLOOR, CEILING = 4, 5  # of the sides of a box
 LEGS = [(x, y, 0) for x in (0, 0.95) for y in (0, 0.55)]
@@ -93,6 +93,16 @@ class TestOutward(ToolCase):
 
     def check_stays(self, *meshes):
         self.assertFalse(self.check_mesh(joined(*meshes), 0).any())
+
+    def test_boxes_that_touch(self):
+        """Their normals point to both sides of one plane, and are right, in one file and in two."""
+        pair = box(), box(at=(0, 0, 1))
+        write_obj("pair.obj", *joined(*pair))
+        for name, one in zip(("low.obj", "high.obj"), pair):
+            write_obj(name, *one)
+        for files in (("pair.obj",), ("low.obj", "high.obj")):
+            self.assertNotIn("normals", self.tool("render", *files, *SMALL, "-o", "out.png"))
+            self.assertEqual(self.code, 0)
 
     def test_closed_meshes(self):
         for mesh in (box(), box((2, 2, 2)), ball(20), parametric(vtkParametricTorus())):

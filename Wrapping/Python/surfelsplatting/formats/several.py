@@ -14,7 +14,7 @@ from .agreement import doubts
 from .reading import read_cloud
 
 GREY = 204  # of points without colours beside others that have them; such clouds alone are as grey
-COMMON_FIELDS = ("ScanUp", "ModelUp")  # hold for the whole if they are the same in all files
+COMMON_FIELDS = ("ScanUp", "ModelUp", "ModelHasFaces")  # hold for the whole if they are the same in all files
 
 
 def _places(cloud):
