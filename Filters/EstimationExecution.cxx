@@ -64,8 +64,8 @@ bool EstimationExecution::Run(vtkPointSet* input)
 bool EstimationExecution::Fit(vtkPointSet* input, const StageProgress& progress)
 {
   const FitSettings& settings = this->Settings.Fit;
-  if (!FitPlanes(
-        { this->Cloud(), *this->Searched.Tree, settings, this->Given, FindScanners(input) },
+  if (!FitPlanes({ this->Cloud(), *this->Searched.Tree, settings, this->Given,
+                   this->Normals != NormalsUse::WithoutSides, FindScanners(input) },
         progress, this->Fits, this->Searched.Graph))
   {
     return false;
@@ -139,28 +139,11 @@ void EstimationExecution::JudgeNormals()
 
 bool EstimationExecution::Orient(vtkPointSet* input, const StageProgress& progress)
 {
-  this->MarkGiven(false);
   const double* v = this->Settings.Viewpoint;
-  const bool finished =
-    DecideSides({ this->Settings.Rule, this->Settings.UseViewpoint, { v[0], v[1], v[2] },
-                  this->Sharing ? this->Sharing->Orientation : nullptr, this->Cloud(),
-                  this->Searched.Graph, FindScanners(input) },
-      progress, this->Fits, this->Result);
-  this->MarkGiven(true); // the planes of all
-  return finished;
-}
-
-void EstimationExecution::MarkGiven(bool areGiven)
-{
-  if (this->Normals != NormalsUse::WithoutSides)
-  {
-    return;
-  }
-  for (size_t i = 0; i < this->Given.size() / 3; ++i)
-  {
-    const Vector3 normal = Load(this->Given.data() + 3 * i);
-    this->Fits[i].Given = areGiven && Dot(normal, normal) > 0.0;
-  }
+  return DecideSides({ this->Settings.Rule, this->Settings.UseViewpoint, { v[0], v[1], v[2] },
+                       this->Sharing ? this->Sharing->Orientation : nullptr, this->Cloud(),
+                       this->Searched.Graph, FindScanners(input) },
+    progress, this->Fits, this->Result);
 }
 
 bool EstimationExecution::Shape(vtkPointSet* input, const StageProgress& progress)

@@ -96,9 +96,6 @@ private:
   bool Fit(vtkPointSet* input, const StageProgress& progress);
   bool Orient(vtkPointSet* input, const StageProgress& progress);
 
-  /// Where the signs of given normals do not tell the outside: whether they are given.
-  void MarkGiven(bool areGiven);
-
   bool Shape(vtkPointSet* input, const StageProgress& progress);
   bool MakeKernels(
     vtkPointSet* input, const OrientedCloud& oriented, const StageProgress& progress);

@@ -48,7 +48,7 @@ bool DecideSides(const SidesInput& input, const StageProgress& progress, PlaneFi
   }
   const auto areGiven = [&] {
     result.TwoSided.assign(fits.size(), 0);
-    return std::all_of(fits.begin(), fits.end(), [](const PlaneFit& fit) { return fit.Given; });
+    return std::all_of(fits.begin(), fits.end(), [](const PlaneFit& fit) { return fit.SideGiven; });
   };
   if (All(input, areGiven))
   {

@@ -40,6 +40,7 @@ bool FitToNearest(const FitInput& input, const StageProgress& progress, PlaneFit
         fitter.FindAndKeep(self, graph, neighbors);
       }
       fits[i] = fitter.Fit(self, input.GivenNormal(self), neighbors, spreads[i]);
+      fits[i].SideGiven = fits[i].Given && input.AreSidesGiven;
     }
   });
 }

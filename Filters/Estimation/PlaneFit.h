@@ -41,6 +41,7 @@ struct PlaneFit
   bool Degenerate = false; // too few neighbours, or all on a line
   bool Isolated = false;
   bool Given = false;       // the normal was given, not fitted
+  bool SideGiven = false;   // and its sign tells the outside
   bool OnPlate = false;     // of two sheets; the normal points outward (Orientation/ThinPlates.h)
   bool Sharp = false;       // of one of the planes that meet at a fold (SharpNormals.h)
   bool OnScanLines = false; // of a surface that a scanner with lines far apart has measured
@@ -84,6 +85,7 @@ struct FitInput
   const NeighborSearch& Tree;
   const FitSettings& Settings;
   const std::vector<float>& GivenNormals; // [3n], (0, 0, 0) where a point has none; or empty
+  bool AreSidesGiven;                     // whether their signs tell the outside
   vtkDataArray* ToScanner; // vectors from the input's points to their scanners; null: not known
 
   /// Three numbers, or null.

@@ -196,9 +196,9 @@ private:
         PlaneFit& fit = this->Fits[i];
         const bool isKnown = isWhole || (side != 0 && this->Kinds[i] != PatchKind::Open);
         const bool hasOutside =
-          fit.Given || (isKnown && fit.HasPlane() && !this->IsTurnedAway(input, i, side));
+          fit.SideGiven || (isKnown && fit.HasPlane() && !this->IsTurnedAway(input, i, side));
         result.TwoSided[i] = hasOutside ? 0 : 1;
-        if (!fit.Given)
+        if (!fit.SideGiven)
         {
           const Vector3 normal = input.Oriented.Normal(i);
           fit.Normal = side < 0 ? -1.0 * normal : normal;

@@ -188,7 +188,7 @@ int KnownSign(const OutsideInput& input, const Component& component, int least, 
 OutsideSign DecidePatch(
   const OutsideInput& input, const OutsideSettings& settings, const Component& patch)
 {
-  const int given = KnownSign(input, patch, 1, [](const PlaneFit& fit) { return fit.Given; });
+  const int given = KnownSign(input, patch, 1, [](const PlaneFit& fit) { return fit.SideGiven; });
   if (given != 0)
   {
     return { given, false };

@@ -287,7 +287,7 @@ bool IsRoom(const LocalCloud& cloud, const NeighborGraph& graph, const PlaneFits
   }
   const std::vector<int> shell = SampleShell(twoSided, component);
   const bool isGiven =
-    std::any_of(shell.begin(), shell.end(), [&](int i) { return fits[i].Given; });
+    std::any_of(shell.begin(), shell.end(), [&](int i) { return fits[i].SideGiven; });
   if (shell.empty() || isGiven || !IsClosedOutward(cloud, fits, shell))
   {
     return false;

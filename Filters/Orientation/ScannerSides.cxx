@@ -45,7 +45,7 @@ std::vector<float> FaceScanners(const LocalCloud& cloud, vtkDataArray* toScanner
       PlaneFit& fit = fits[i];
       const double facing = Dot(fit.Normal, Vector3{ way[0], way[1], way[2] }) / length;
       const bool isTurned =
-        facing < 0.0 && !fit.Given && (!fit.OnPlate || IsSurelySeen(fit, -facing));
+        facing < 0.0 && !fit.SideGiven && (!fit.OnPlate || IsSurelySeen(fit, -facing));
       fit.Normal = isTurned ? -1.0 * Vector3(fit.Normal) : Vector3(fit.Normal);
       facings[i] = static_cast<float>(isTurned ? -facing : facing);
     }

@@ -200,7 +200,7 @@ bool TurnPlatesOutward(const LocalCloud& cloud, const NeighborGraph& graph,
     for (vtkIdType i = begin; i < end; ++i)
     {
       PlaneFit& fit = fits[i];
-      if (fit.Flatness < MinFlatness || fit.Given || !fit.HasPlane())
+      if (fit.Flatness < MinFlatness || fit.SideGiven || !fit.HasPlane())
       {
         continue;
       }
