@@ -135,6 +135,11 @@ void EstimationExecution::JudgeNormals()
   {
     this->Given.clear();
   }
+  if (this->Settings.IsPart && this->Settings.Rule == SideRule::Shape &&
+    this->Normals != NormalsUse::Kept)
+  {
+    this->Settings.Rule = SideRule::TwoSided;
+  }
 }
 
 bool EstimationExecution::Orient(vtkPointSet* input, const StageProgress& progress)

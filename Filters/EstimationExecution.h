@@ -32,6 +32,7 @@ struct EstimationSettings
   bool HasCells, IsElliptical; // the kernels; neither: they are round
   double KernelScale, CellBlur, MaximumAxisRatio;
   bool KeepNormals, JudgeNormals; // whether they are kept, and looked at before
+  bool IsPart;                    // of a cloud: its shape does not tell the outside
   const char* NormalsArrayName;   // may be null
   SideRule Rule;
   bool UseViewpoint;

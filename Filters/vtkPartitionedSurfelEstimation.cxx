@@ -175,6 +175,7 @@ private:
     part->GetPointData()->AddArray(from);
     auto origin = MakeArray<vtkDoubleArray>(Arrays::Origin, 3, 1);
     origin->SetTuple(0, this->LocalOrigin);
+    part->GetFieldData()->ShallowCopy(this->Input->GetFieldData());
     part->GetFieldData()->AddArray(origin);
     if (this->Normals)
     {
@@ -203,21 +204,20 @@ private:
     vtkSurfelEstimation* estimation = worker->GetEstimation();
     vtkSurfelNormalization* normalization = worker->GetNormalization();
     worker->CleanPointsOff(); // a part does not know what is usual in the cloud
+    worker->UseSensorOff();   // the settings have it
     worker->BuildHierarchyOff();
     estimation->CopySettings(this->Self->Estimation);
     estimation->SetNormalsArrayName(nullptr); // parts have them as their active normals
     normalization->CopySettings(this->Self->Normalization);
     estimation->SetController(nullptr); // each process cuts its own points
     normalization->SetController(nullptr);
-    if (!alone && estimation->GetOrientationMode() == vtkSurfelEstimation::CONSISTENT)
-    {
-      estimation->SetOrientationMode(
-        this->Normals ? vtkSurfelEstimation::AS_GIVEN : vtkSurfelEstimation::TWO_SIDED);
-    }
+    estimation->IsPart = !alone;
     const WorkerListener listener(progress.Part(0.05, 1.0), worker);
     worker->SetInputData(this->Extract(region));
     worker->Update();
     this->Spacing = estimation->GetMedianSpacing();
+    int& use = this->Self->Estimation->NormalsUse;
+    use = std::max(use, estimation->GetNormalsUse());
     surfels = worker->GetOutput();
     return this->Finished(listener);
   }
@@ -334,6 +334,7 @@ int vtkPartitionedSurfelEstimation::RequestData(vtkInformation* vtkNotUsed(reque
   this->NumberOfParts = 0;
   this->NumberOfNonFinitePoints = this->NumberOfDuplicatePoints = 0;
   this->NumberOfDoubtfulSurfels = 0;
+  this->Estimation->NormalsUse = vtkSurfelEstimation::NO_NORMALS;
   if (!input)
   {
     vtkErrorMacro("There is no input, or it is not a vtkPointSet: connect a data set with points.");
@@ -376,15 +377,23 @@ int vtkPartitionedSurfelEstimation::RequestData(vtkInformation* vtkNotUsed(reque
     return this->EndEarly(execution.Error);
   }
   execution.Write(output);
-  const std::string message = ListCounts(
+  this->WarnOfTroubles();
+  this->UpdateProgress(1.0);
+  return 1;
+}
+
+//------------------------------------------------------------------------------
+void vtkPartitionedSurfelEstimation::WarnOfTroubles()
+{
+  std::string message = ListCounts(
     { { this->NumberOfNonFinitePoints, "point", "with NaN or infinite coordinates dropped" },
       { this->NumberOfDuplicatePoints, "duplicate", "dropped" } });
+  const std::string problem = this->Estimation->GetNormalsProblem();
+  message += (message.empty() || problem.empty() ? "" : "; ") + problem;
   if (!message.empty())
   {
     vtkWarningMacro(<< message << '.');
   }
-  this->UpdateProgress(1.0);
-  return 1;
 }
 
 //------------------------------------------------------------------------------

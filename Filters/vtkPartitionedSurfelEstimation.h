@@ -16,9 +16,9 @@
  * reach. Single points whose neighbours may be farther away are counted (NumberOfDoubtfulSurfels).
  * Weights differ by the normalization's random samples.
  *
- * The outside of a surface cannot be decided from a part of it. So CONSISTENT orientation becomes
- * AS_GIVEN if there are normals, else TWO_SIDED. A cloud of one part keeps CONSISTENT. Scanners
- * tell the sides of parts, too (SCANNERS).
+ * The outside of a surface cannot be decided from a part of it. So CONSISTENT orientation is
+ * TWO_SIDED where no normals tell it; GetEstimation() has the worst NormalsUse of all parts. A
+ * cloud of one part keeps CONSISTENT. Scanners tell the sides of parts, too (SCANNERS).
  *
  * @sa vtkSurfelEstimation vtkSurfelNormalization
  */
@@ -77,6 +77,7 @@ private:
 
   bool Clean(vtkPointSet* input, vtkPolyData* output, std::string& error);
   int EndEarly(const std::string& error);
+  void WarnOfTroubles();
 
   int NumberOfParts = 0;
   vtkIdType NumberOfNonFinitePoints = 0;

@@ -8,6 +8,8 @@
 #include "Filters/Meshes/MeshTriangles.h"
 
 #include "vtkCellArray.h"
+#include "vtkDoubleArray.h"
+#include "vtkFieldData.h"
 #include "vtkIdTypeArray.h"
 #include "vtkInformation.h"
 #include "vtkInformationVector.h"
@@ -106,6 +108,9 @@ public:
     {
       return nullptr;
     }
+    const auto ofFaces = MakeArray<vtkDoubleArray>(FacesArray, 1, 1);
+    ofFaces->SetValue(0, 1.0);
+    output->GetFieldData()->AddArray(ofFaces);
     auto numbers = vtkSmartPointer<vtkIdTypeArray>::New();
     numbers->SetNumberOfValues(static_cast<vtkIdType>(samples.size()));
     std::transform(samples.begin(), samples.end(), numbers->GetPointer(0),

@@ -11,7 +11,8 @@
  *
  * Real numbers, colours (unsigned char, three or four components) and normals are interpolated;
  * other point data are those of the nearest corner. Field data are passed, cells are not. The
- * points are double, and the same ones each time.
+ * points are double, and the same ones each time. For vtkSurfelEstimation normals are given, and
+ * their sides those of the faces: the field array ModelHasFaces says so.
  *
  * The limits are those of pictures of about 800 x 600 pixels.
  *
@@ -45,8 +46,7 @@ public:
   ///@{
   /**
    * Whether a mesh without normals gets those of its faces, smooth but for creases, if faces that
-   * meet agree on their sides. For vtkSurfelEstimation they are given: AS_GIVEN takes their sides,
-   * which are wrong for parts that are inside out. Default on.
+   * meet agree on their sides; those of parts that are inside out are wrong. Default on.
    */
   vtkSetMacro(MakeNormals, vtkTypeBool);
   vtkGetMacro(MakeNormals, vtkTypeBool);

@@ -103,7 +103,7 @@ int vtkSurfelEstimation::ExecuteAlone(vtkPointSet* input, vtkPolyData* output)
     return 0;
   }
   EstimationExecution execution(
-    this->GetSettings(), this, { this->Searched, this->Neighbors }, nullptr);
+    this->GetSettings(input), this, { this->Searched, this->Neighbors }, nullptr);
   if (!execution.Run(input))
   {
     return 1; // stopped by the user: empty output
@@ -143,10 +143,12 @@ int vtkSurfelEstimation::RequestDistributed(
   {
     return 0;
   }
+  EstimationSettings settings = this->GetSettings(input);
+  settings.JudgeNormals = !ranks.All(input->GetNumberOfPoints() == 0 || !settings.JudgeNormals);
   SharedOrientation shared(ranks, cloud);
   const EstimationSharing sharing{ &shared, [&cloud](vtkIdType i) { return cloud.IsInRegion(i); } };
   const auto estimate = [&](vtkPolyData* region) -> vtkSmartPointer<vtkPolyData> {
-    EstimationExecution execution(this->GetSettings(), this, {}, &sharing);
+    EstimationExecution execution(settings, this, {}, &sharing);
     if (!execution.Run(region))
     {
       return nullptr;
@@ -199,7 +201,7 @@ bool vtkSurfelEstimation::CheckDistributedMemory(
 }
 
 //------------------------------------------------------------------------------
-EstimationSettings vtkSurfelEstimation::GetSettings() const
+EstimationSettings vtkSurfelEstimation::GetSettings(vtkPointSet* input) const
 {
   EstimationSettings settings{};
   settings.Fit = { this->NeighborhoodMode == RADIUS, this->NumberOfNeighbors, this->Radius,
@@ -210,7 +212,8 @@ EstimationSettings vtkSurfelEstimation::GetSettings() const
   settings.CellBlur = this->CellBlur;
   settings.MaximumAxisRatio = this->MaximumAxisRatio;
   settings.KeepNormals = this->KeepNormals != 0;
-  settings.JudgeNormals = this->OrientationMode != AS_GIVEN;
+  settings.JudgeNormals = this->OrientationMode != AS_GIVEN && !HasNormalsOfFaces(input);
+  settings.IsPart = this->IsPart;
   settings.NormalsArrayName = this->NormalsArrayName;
   settings.Rule = this->OrientationMode == VIEWPOINT ? SideRule::Viewpoint
     : this->OrientationMode == SCANNERS              ? SideRule::Scanners
@@ -279,19 +282,25 @@ void vtkSurfelEstimation::WarnOfTroubles()
       { this->NumberOfDegeneratePoints, "point",
         "with fewer than three neighbours, or all of them on a line: normals arbitrary" },
       { this->NumberOfInvalidNormals, "given normal", "zero or not finite, estimated instead" } });
-  if (this->NormalsUse == NORMALS_WITHOUT_SIDES || this->NormalsUse == NORMALS_DROPPED)
+  const std::string problem = this->GetNormalsProblem();
+  if (!problem.empty())
   {
-    message += (message.empty() ? "" : "; ") +
-      std::string(this->NormalsUse == NORMALS_DROPPED
-          ? "the given normals are not those of the surface, and others are estimated"
-          : "given normals of one surface point to both of its sides, and what is outside is "
-            "estimated") +
-      " (AS_GIVEN keeps them)";
+    message += (message.empty() ? "" : "; ") + problem + " (AS_GIVEN keeps them)";
   }
   if (!message.empty())
   {
     vtkWarningMacro(<< message << '.');
   }
+}
+
+//------------------------------------------------------------------------------
+std::string vtkSurfelEstimation::GetNormalsProblem() const
+{
+  return this->NormalsUse == NORMALS_DROPPED
+    ? "the normals are not those of the surface, and others are estimated"
+    : this->NormalsUse == NORMALS_WITHOUT_SIDES
+    ? "the normals point to both sides of one surface, and do not tell what is outside"
+    : "";
 }
 
 //------------------------------------------------------------------------------

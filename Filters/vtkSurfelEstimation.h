@@ -43,6 +43,8 @@
 #include "vtkSmartPointer.h"        // for the controller
 #include "vtkSurfelFiltersModule.h" // for export macro
 
+#include <string> // for messages
+
 class vtkMultiProcessController;
 class vtkPointSet;
 class vtkPolyData;
@@ -184,10 +186,10 @@ public:
    * the points, so that no gaps open between surfels; the array of the normals stays as it is.
    * Points whose normal is zero or not finite get an estimated one.
    *
-   * Unless OrientationMode is AS_GIVEN, a sample tells whether they are those of the surface (see
-   * GetNormalsUse). If neighbours in one plane have opposite ones, their signs tell nothing, and
-   * sides are those of points without normals. Normals that are not across the planes of the points
-   * are not used. Default on.
+   * Unless OrientationMode is AS_GIVEN, or vtkPointsOnFaces took them from faces, a sample tells
+   * whether they are those of the surface (see GetNormalsUse). If neighbours in one plane have
+   * opposite ones, their signs tell nothing, and sides are those of points without normals. Normals
+   * that are not across the planes of the points are not used. Default on.
    */
   vtkSetMacro(KeepNormals, vtkTypeBool);
   vtkGetMacro(KeepNormals, vtkTypeBool);
@@ -320,6 +322,11 @@ public:
   vtkGetMacro(NormalsUse, int);
 
   /**
+   * What is wrong with given normals that were not kept as they are; empty: nothing.
+   */
+  std::string GetNormalsProblem() const;
+
+  /**
    * Median spacing of the last execution's surfels, world units; 0 without any.
    */
   vtkGetMacro(MedianSpacing, double);
@@ -357,7 +364,8 @@ private:
   int Execute(vtkPointSet* input, vtkPolyData* output);
 #ifndef __VTK_WRAP__
   friend class vtkPointsToSurfels;
-  SurfelGeometry::EstimationSettings GetSettings() const;
+  friend class vtkPartitionedSurfelEstimation;
+  SurfelGeometry::EstimationSettings GetSettings(vtkPointSet* input) const;
   void Take(const SurfelGeometry::EstimationCounts& counts);
   int ExecuteAlone(vtkPointSet* input, vtkPolyData* output);
   int RequestDistributed(SurfelSplatting::Ranks& ranks, vtkPointSet* input, vtkPolyData* output);
@@ -367,6 +375,7 @@ private:
   vtkSmartPointer<vtkMultiProcessController> Controller;
   SurfelGeometry::SearchedCloud* Searched = nullptr;    ///< search in the next input, if known
   SurfelGeometry::SurfelNeighbors* Neighbors = nullptr; ///< what the next execution fills, if any
+  bool IsPart = false; ///< whether the input is a part of a cloud, which does not tell the outside
   vtkIdType NumberOfNonFinitePoints = 0;
   vtkIdType NumberOfDuplicatePoints = 0;
   vtkIdType NumberOfIsolatedPoints = 0;

@@ -2,6 +2,7 @@
 #include "Filters/Arrays/InputArrays.h"
 
 #include "vtkDataArray.h"
+#include "vtkFieldData.h"
 #include "vtkObject.h"
 #include "vtkPointData.h"
 #include "vtkPolyData.h"
@@ -66,6 +67,11 @@ vtkDataArray* FindNormals(vtkPointSet* input, const char* name)
   normals = normals ? normals : data->GetNormals();
   normals = normals ? normals : data->GetArray("Normals");
   return AreVectorsOf(input, normals) ? normals : nullptr;
+}
+
+bool HasNormalsOfFaces(vtkPointSet* input)
+{
+  return input->GetFieldData()->HasArray(FacesArray) != 0;
 }
 
 vtkDataArray* FindScanners(vtkPointSet* input)

@@ -32,6 +32,11 @@ vtkSmartPointer<vtkPointSet> WithFittingArrays(vtkPointSet* points, vtkObject* f
 /// if there is none, or it has not three components.
 vtkDataArray* FindNormals(vtkPointSet* input, const char* name);
 
+/// Whether the normals are those of faces, as the field array of vtkPointsOnFaces tells. Where two
+/// bodies touch, they point to both sides of one plane, and are right.
+bool HasNormalsOfFaces(vtkPointSet* input);
+constexpr const char* FacesArray = "ModelHasFaces";
+
 /// The point array of the vectors from points to their scanners, world units, which may be zero.
 /// Null if there is none, or it has not three components.
 vtkDataArray* FindScanners(vtkPointSet* input);

@@ -59,7 +59,7 @@ class TestInfo(ToolCase):
         for normals, wrong in ((points, False), (points + 0.1 * random.normal(size=points.shape), False),
                                (random.permutation(points), True), (points[:, [2, 0, 1]], True)):
             write_ply("ball.ply", points, normals=normals)
-            self.assertEqual("its normals are not those of the surface" in self.tool("info", "ball.ply"), wrong)
+            self.assertEqual("the normals are not those of the surface" in self.tool("info", "ball.ply"), wrong)
             self.assertEqual(self.code, 0)
 
     def test_surfels_with_an_origin(self):

@@ -245,12 +245,15 @@ class TestOutward(ToolCase):
                               (points * 0 + [1, 0, 0], "are not those of the surface")):
             write_ply("ball.ply", points, colors, normals)
             told = self.tool("render", "ball.ply", *render, "-o", "a.png")
-            self.assertIn(f"surfelsplat: ball.ply: its normals {said}", told)
+            line = f"surfelsplat: ball.ply: the normals {said}"
+            self.assertIn(line, told)
             self.assertIn("; --sides given keeps them", told)
             self.assertLess(np.abs(self.read_png("a.png").astype(int)
                                    - self.read_png("none.png")).mean(), 1)
             told = self.tool("render", "ball.ply", *render, "-o", "a.png", "--sides", "given")
-            self.assertNotIn("its normals", told)
+            self.assertNotIn("the normals", told)
+            self.assertIn(line, self.tool("render", "ball.ply", *render, "-o", "a.png",
+                                          "--points-per-part", "8000"))
 
     def test_cube_looks_right(self):
         """An inside-out cube is the picture of a right one, within noise of the points' places."""

@@ -6,12 +6,14 @@
 #include "Testing/Shared/Check.h"
 
 #include "vtkCellArray.h"
+#include "vtkFieldData.h"
 #include "vtkFloatArray.h"
 #include "vtkIdTypeArray.h"
 #include "vtkNew.h"
 #include "vtkPointData.h"
 #include "vtkPoints.h"
 #include "vtkPolyData.h"
+#include "vtkSurfelEstimation.h"
 
 #include <cmath>
 
@@ -38,7 +40,8 @@ void AddCube(vtkPolyData* mesh, double x)
   }
 }
 
-vtkNew<vtkPolyData> TwoCubes()
+/// @param x of the second one; 1: it touches the first
+vtkNew<vtkPolyData> TwoCubes(double x = 3.0)
 {
   vtkNew<vtkPolyData> mesh;
   vtkNew<vtkPoints> points;
@@ -46,7 +49,7 @@ vtkNew<vtkPolyData> TwoCubes()
   mesh->SetPoints(points);
   mesh->SetPolys(faces);
   AddCube(mesh, 0.0);
-  AddCube(mesh, 3.0);
+  AddCube(mesh, x);
   return mesh;
 }
 }
@@ -79,6 +82,26 @@ TEST_CASE("Points are on the faces, with their normals and parts")
     wrong += std::abs(along - 0.5) > 1e-6 || faces->GetParts()->GetValue(i) != (isSecond ? 1 : 0);
   }
   CHECK(wrong == 0);
+}
+
+/// They point to both sides of the plane between, which would be wrong of other points.
+TEST_CASE("Normals of faces that touch are kept")
+{
+  vtkNew<vtkPointsOnFaces> faces;
+  faces->SetInputData(TwoCubes(1.0));
+  faces->SetNumberOfPoints(20000);
+  faces->Update();
+  vtkNew<vtkPolyData> points;
+  points->ShallowCopy(faces->GetOutput());
+  vtkNew<vtkSurfelEstimation> estimation;
+  const SurfelTesting::Messages messages(estimation);
+  estimation->SetInputData(points);
+  estimation->Update();
+  CHECK(estimation->GetNormalsUse() == vtkSurfelEstimation::NORMALS_KEPT);
+  points->GetFieldData()->Initialize();
+  points->Modified();
+  estimation->Update();
+  CHECK(estimation->GetNormalsUse() == vtkSurfelEstimation::NORMALS_WITHOUT_SIDES);
 }
 
 TEST_CASE("Normals are made only if they are wanted")

@@ -472,7 +472,7 @@ TEST_CASE("Given normals that point to both sides")
     }
   }
   CHECK(messages.Warnings.size() == 8);
-  CHECK(messages.Warnings.back().find("both of its sides") != std::string::npos);
+  CHECK(messages.Warnings.back().find("both sides of one surface") != std::string::npos);
   estimation->SetOrientationModeToAsGiven();
   CHECK(scene.Given(estimation, true, byChance).Wrong >= 0.4);
   CHECK(estimation->GetNormalsUse() == vtkSurfelEstimation::NORMALS_KEPT);

@@ -14,6 +14,8 @@
 
 #include <algorithm>
 #include <cstring>
+#include <functional>
+#include <iterator>
 #include <limits>
 #include <sstream>
 
@@ -340,6 +342,48 @@ TEST_CASE("NormalsInDouble")
   }
   CHECK(surfels.Count() == static_cast<vtkIdType>(scene.Points.size()));
   CHECK(turned == 0);
+}
+
+/// Surfels of a part do not know the outside, if the signs of the normals do not tell it.
+TEST_CASE("Wrong normals")
+{
+  const Sampled scene = MakeBallAndWall(8000, -1.1, 0.1);
+  const auto count = static_cast<vtkIdType>(scene.Points.size());
+  Random random(7);
+  const auto byChance = [&](const Vec& n) { return random() < 0.5 ? Minus({}, n) : n; };
+  const auto sideways = [](const Vec&) { return Vec{ 1, 0, 0 }; };
+  const auto isTwoSided = [&](const std::function<Vec(const Vec&)>& wrong, int use, int mode) {
+    std::vector<Vec> normals;
+    std::transform(scene.Normals.begin(), scene.Normals.end(), std::back_inserter(normals), wrong);
+    const auto data = ToPolyData(scene.Points);
+    AddNormals(data, normals);
+    vtkNew<vtkPartitionedSurfelEstimation> partitioned;
+    const Messages messages(partitioned);
+    partitioned->CleanPointsOff();
+    partitioned->GetEstimation()->SetOrientationMode(mode);
+    partitioned->SetInputData(data);
+    partitioned->SetPointsPerPart(3000);
+    partitioned->Update();
+    CHECK(partitioned->GetNumberOfParts() > 3);
+    CHECK(partitioned->GetEstimation()->GetNormalsUse() == use);
+    const bool isSaid = use != vtkSurfelEstimation::NORMALS_KEPT;
+    REQUIRE(messages.Warnings.size() == (isSaid ? 1 : 0));
+    CHECK((!isSaid || messages.Warnings[0].find("the normals ") != std::string::npos));
+    const Surfels surfels(partitioned->GetOutput());
+    int across = 0;
+    for (vtkIdType i = 0; i < count; ++i)
+    {
+      across += std::abs(Dot(surfels.Normal(i), scene.Normals[i])) > 0.9 ? 1 : 0;
+    }
+    CHECK(across >= (mode == vtkSurfelEstimation::AS_GIVEN ? 0.0 : 0.98) * count);
+    return partitioned->GetOutput()->GetPointData()->GetArray("SurfelTwoSided")->GetRange()[0] ==
+      1.0;
+  };
+  const int consistent = vtkSurfelEstimation::CONSISTENT;
+  CHECK(isTwoSided(byChance, vtkSurfelEstimation::NORMALS_WITHOUT_SIDES, consistent));
+  CHECK(isTwoSided(sideways, vtkSurfelEstimation::NORMALS_DROPPED, consistent));
+  const int asGiven = vtkSurfelEstimation::AS_GIVEN;
+  CHECK(!isTwoSided(byChance, vtkSurfelEstimation::NORMALS_KEPT, asGiven));
 }
 
 /// What PrintSelf says of a filter's settings, without the lines before them.

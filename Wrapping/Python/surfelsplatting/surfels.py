@@ -19,7 +19,6 @@ PLACES, MARKED = "SurfelPlaces", "SurfelMarks"  # field arrays
 HUGE = vtkPartitionedSurfelEstimation().GetPointsPerPart()
 MODEL = "ModelUp"  # a field array
 SHEET = "ModelIsSheet"  # a field array
-FACES = "ModelHasFaces"  # a field array
 MARKS = 1024  # surfels of which places and kernels are noted
 FEW = 8  # of them tell too little
 CLEANING = ("off", "outliers", "full")
@@ -219,32 +218,22 @@ def note_sheet(points):
     _note(points, SHEET, (1.0,))
 
 
-def note_faces(points):
-    """Stores of points on the faces of a mesh that their normals are those of the faces. Where two bodies
-    touch, they point to both sides of one plane, and are right."""
-    _note(points, FACES, (1.0,))
-
-
 def _note(points, name, values):
     points.GetFieldData().AddArray(named_array(name, [values], float))
 
 
-def sides_of(points, sides):
-    """-> the sides as asked for, or what "auto" means where note_sheet or note_faces have stored something"""
-    has = points.GetFieldData().HasArray
-    return sides if sides != "auto" else "two" if has(SHEET) else "given" if has(FACES) else sides
-
-
-def _set_sides(estimation, points, sides, viewpoint):
-    one_of(sides, SIDES, "sides")
-    if viewpoint is None:
-        sides = sides_of(points, sides)
-    if sides == "two":
+def set_filters(filters, points, *, cleaning, sides, neighbors, viewpoint=None):
+    """Gives a vtkPointsToSurfelsBase the points and what make_surfels was asked for; what a file says of
+    its sensor is for the filters to use."""
+    filters.SetInputData(points)
+    filters.SetCleanPoints(cleaning != "off")
+    filters.GetCleaning().SetSmoothing(cleaning == "full")
+    filters.SetNumberOfNeighbors(neighbors or 0)
+    estimation = filters.GetEstimation()
+    is_sheet = bool(points.GetFieldData().HasArray(SHEET)) and viewpoint is None
+    if sides == "two" or (sides == "auto" and is_sheet):
         estimation.SetOrientationModeToTwoSided()
     elif sides == "given":
-        if not has_normals(points):
-            raise ValueError("sides is 'given', but the points have no normals; give normals, or use "
-                             "'auto' or 'two'")
         estimation.SetOrientationModeToAsGiven()
     elif viewpoint is not None:
         estimation.SetOrientationModeToViewpoint()
@@ -263,20 +252,11 @@ def _with_hierarchy(surfels):
     return _note_places(filters.GetOutput())
 
 
-def what_normals_lack(estimation):
-    """-> what a vtkSurfelEstimation found wrong with the normals of the points; empty: nothing"""
-    return {estimation.NORMALS_WITHOUT_SIDES:
-                "its normals point to both sides of one surface, so that what is outside is estimated",
-            estimation.NORMALS_DROPPED:
-                "its normals are not those of the surface, so that others are estimated",
-            }.get(estimation.GetNormalsUse(), "")
-
-
 def _has_faults(filters):
     """Whether the input of a vtkPointsToSurfels has what nobody expects of a scan. That stray points and
     noise are gone is what cleaning is for."""
     estimation = filters.GetEstimation()
-    return any((filters.GetCleaning().GetNumberOfNonFinitePoints(), what_normals_lack(estimation),
+    return any((filters.GetCleaning().GetNumberOfNonFinitePoints(), estimation.GetNormalsProblem(),
                 estimation.GetNumberOfNonFinitePoints(), estimation.GetNumberOfInvalidNormals(),
                 estimation.GetNumberOfDegeneratePoints()))
 
@@ -306,16 +286,17 @@ def make_surfels(points, *, cleaning="full", sides="auto", viewpoint=None, neigh
         points = _without_surfels(points)
     if holds_gaussians(points):
         return _with_hierarchy(points) if hierarchy and not is_surfels(points) else points
-    filters = vtkPointsToSurfels()
-    filters.SetInputData(points)
-    filters.SetCleanPoints(one_of(cleaning, CLEANING, "cleaning") != "off")
-    filters.GetCleaning().SetSmoothing(cleaning == "full")
-    filters.SetBuildHierarchy(bool(hierarchy))
+    one_of(cleaning, CLEANING, "cleaning")
+    if one_of(sides, SIDES, "sides") == "given" and not has_normals(points):
+        raise ValueError("sides is 'given', but the points have no normals; give normals, or use "
+                         "'auto' or 'two'")
     if viewpoint is not None:
         viewpoint = finite_triple(viewpoint, "viewpoint")
-    _set_sides(filters.GetEstimation(), points, sides, viewpoint)
     if neighbors is not None:
-        filters.SetNumberOfNeighbors(whole_number_in(neighbors, 4, 256, "neighbors"))
+        neighbors = whole_number_in(neighbors, 4, 256, "neighbors")
+    filters = vtkPointsToSurfels()
+    filters.SetBuildHierarchy(bool(hierarchy))
+    set_filters(filters, points, cleaning=cleaning, sides=sides, neighbors=neighbors, viewpoint=viewpoint)
     with watch(filters) if watch else nullcontext():
         update(filters, "estimation of surfels", warns=lambda: _has_faults(filters))
     if filters.GetAbortExecute():

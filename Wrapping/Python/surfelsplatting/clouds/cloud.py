@@ -8,7 +8,7 @@ from .depthimages import image_axes
 from .faces import on_faces
 from .polydata import as_polydata
 from .stations import TO_SCANNER
-from ..surfels import SURFEL_ARRAYS, holds_gaussians, is_model, note_faces, note_model, note_scan
+from ..surfels import SURFEL_ARRAYS, holds_gaussians, is_model, note_model, note_scan
 from ..vtkarrays import to_numpy
 
 
@@ -95,7 +95,5 @@ def cloud_of(data, how=""):
     if sampled is None:
         return cloud
     note_model(sampled.data, sampled.is_model or is_model(data))
-    if sampled.parts is not None:
-        note_faces(sampled.data)
     return Cloud(sampled.data, how="; ".join(filter(None, (sampled.why, left_out))),
                  is_unsure=bool(left_out), parts=sampled.parts)

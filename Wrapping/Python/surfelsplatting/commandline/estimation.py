@@ -4,58 +4,23 @@
 from ..clouds.cloud import is_hierarchy
 from ..clouds.thinning import may_be_thinned
 from ..problems import UserProblem
-from ..surfels import sides_of, what_normals_lack
+from ..surfels import has_normals, set_filters
 from ..vtkSurfelFilters import (vtkPartitionedSurfelEstimation, vtkPointsToSurfels,
                                 vtkSurfelHierarchy)
 
 
-def _set_filters(filters, cloud, arguments):
-    """The options; what the file says of the sensor is for the filters to use."""
-    filters.SetInputData(cloud.data)
-    filters.SetCleanPoints(arguments.cleaning != "off")
-    filters.GetCleaning().SetSmoothing(arguments.cleaning == "full")
-    filters.SetNumberOfNeighbors(arguments.neighbors or 0)
-    sides = sides_of(cloud.data, arguments.sides)
-    if sides == "two":
-        filters.GetEstimation().SetOrientationModeToTwoSided()
-    elif sides == "given":
-        if not cloud.normals:
-            raise UserProblem(f"{arguments.cloud} has no normals, so --sides given cannot tell "
-                              "which side is outside; use --sides auto or --sides two")
-        filters.GetEstimation().SetOrientationModeToAsGiven()
-
-
-def _update(algorithm, stage, path, messages, progress, run):
-    with run.stage(stage):
-        progress.update(algorithm, stage)
-    messages.check(f"{path}: ")
-
-
-def _whole_cloud(cloud, arguments, with_hierarchy, *reporters):
-    """-> vtkPolyData"""
+def _filters_of_whole(with_hierarchy, run):
     filters = vtkPointsToSurfels()
-    _set_filters(filters, cloud, arguments)
     filters.SetBuildHierarchy(with_hierarchy)
-    run = reporters[-1]
     filters.GetHierarchy().AddObserver("StartEvent",
                                        lambda _caller, _event: run.begin("hierarchy"))
-    _update(filters, "surfels", arguments.cloud, *reporters)
-    run.note_cleaning(filters.GetCleaning())
-    run.note_estimation(filters.GetEstimation())
-    run.normals_lack = what_normals_lack(filters.GetEstimation())
-    return filters.GetOutput()
+    return filters
 
 
-def _cloud_in_parts(cloud, arguments, *reporters):
-    """-> vtkPolyData"""
-    partitioned = vtkPartitionedSurfelEstimation()
-    _set_filters(partitioned, cloud, arguments)
-    partitioned.SetPointsPerPart(arguments.points_per_part)
-    _update(partitioned, "surfels", arguments.cloud, *reporters)
-    run = reporters[-1]
-    run.note_cleaning(partitioned.GetCleaning())
-    run.note_estimation(partitioned)
-    return partitioned.GetOutput()
+def _filters_of_parts(size):
+    filters = vtkPartitionedSurfelEstimation()
+    filters.SetPointsPerPart(size)
+    return filters
 
 
 def check_memory(cloud, arguments):
@@ -68,7 +33,7 @@ def check_memory(cloud, arguments):
             raise UserProblem(f"{arguments.cloud}: {problem}{advice}")
 
 
-def make_surfels(cloud, arguments, with_hierarchy, *reporters):
+def make_surfels(cloud, arguments, with_hierarchy, messages, progress, run):
     """-> vtkPolyData with the arrays of the data contract: surfels, or the cloud's Gaussians.
 
     with_hierarchy: whether those of a whole cloud come with their hierarchy, which takes less time
@@ -76,10 +41,21 @@ def make_surfels(cloud, arguments, with_hierarchy, *reporters):
     """
     if cloud.is_drawable:
         return cloud.data
-    if cloud.data.GetNumberOfPoints() > arguments.points_per_part:
-        surfels = _cloud_in_parts(cloud, arguments, *reporters)
-    else:
-        surfels = _whole_cloud(cloud, arguments, with_hierarchy, *reporters)
+    if arguments.sides == "given" and not has_normals(cloud.data):
+        raise UserProblem(f"{arguments.cloud} has no normals, so --sides given cannot tell "
+                          "which side is outside; use --sides auto or --sides two")
+    is_whole = cloud.data.GetNumberOfPoints() <= arguments.points_per_part
+    filters = (_filters_of_whole(with_hierarchy, run) if is_whole
+               else _filters_of_parts(arguments.points_per_part))
+    set_filters(filters, cloud.data, cleaning=arguments.cleaning, sides=arguments.sides,
+                neighbors=arguments.neighbors)
+    with run.stage("surfels"):
+        progress.update(filters, "surfels")
+    messages.check(f"{arguments.cloud}: ")
+    run.note_cleaning(filters.GetCleaning())
+    run.note_estimation(filters.GetEstimation() if is_whole else filters)
+    run.normals_problem = filters.GetEstimation().GetNormalsProblem()
+    surfels = filters.GetOutput()
     if surfels.GetNumberOfPoints() == 0:
         raise UserProblem(f"{arguments.cloud}: none of its points gives a surfel; are the coordinates "
                           "finite, and up to 1e17?")

@@ -17,7 +17,7 @@ class RunStatistics:
         self._detail = {}
         self._skipped = {}
         self._lens = {}
-        self.normals_lack = ""  # what the estimation found wrong with those of the file
+        self.normals_problem = ""  # what the estimation found wrong with those of the file
         self._invalid = {"points": 0, "surfels": 0}
         self._cleaned = dict.fromkeys(
             ("duplicate", "stray", "twin", "joined", "moved", "recolored", "thick"), 0)

@@ -152,8 +152,8 @@ class Session:
         with_hierarchy = with_hierarchy and self.needs_hierarchy
         surfels = make_surfels(
             cloud, self.arguments, with_hierarchy, self.messages, self.progress, self.run)
-        if self.run.normals_lack:
-            self.note(f"{self.run.normals_lack}; --sides given keeps them")
+        if self.run.normals_problem:
+            self.note(f"{self.run.normals_problem}; --sides given keeps them")
         keep_sensor(cloud, surfels)
         if not cloud.is_drawable:
             self.warn(filter(None, [why_stepped(cloud.data, surfels)]))
