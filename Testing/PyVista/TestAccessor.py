@@ -217,6 +217,8 @@ class TestAccessor(PlotterCase):
              lambda: self.cloud.surfels.plot(scalars="heat")),
             (TypeError, "surfels.plot has no argument 'point_size'; surfels have no point_size",
              lambda: self.cloud.surfels.plot(point_size=5)),
+            (TypeError, "surfels.estimate has no argument 'side'; did you mean 'sides'",
+             lambda: self.cloud.surfels.estimate(side="two")),
             (TypeError, "surfels.plot has no argument 'ssao'; a pyvista.Plotter",
              lambda: self.cloud.surfels.plot(ssao=True)),
             (TypeError, "surfels.plot has no argument 'blur'; coc is the blur",

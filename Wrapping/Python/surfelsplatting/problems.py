@@ -2,10 +2,15 @@
 """Errors that are reported in one line, and warnings."""
 
 from difflib import get_close_matches
+from functools import wraps
 import glob
+from inspect import signature
 import os
 import sys
+from typing import Callable, TypeVar
 import warnings
+
+F = TypeVar("F", bound=Callable)
 
 OWN_PACKAGES = "~/.local/share/surfelsplat"  # of pip, where the system's Python takes none
 
@@ -64,6 +69,19 @@ def check_names(names, known, call, otherwise, elsewhere=()):
                 otherwise = elsewhere[name].format(name)
             raise TypeError(f"{call} has no argument {name!r}; "
                             + (f"did you mean {near[0]!r}?" if near else otherwise))
+
+
+def with_checked_names(call, elsewhere=()):
+    """Decorates a function: check_names of its arguments, and else it says which ones there are."""
+    def decorate(function: F) -> F:
+        known = [name for name in signature(function).parameters if name != "self"]
+
+        @wraps(function)
+        def checked(*args, **kwargs):
+            check_names(kwargs, known, call, f"it has {', '.join(known)}", elsewhere)
+            return function(*args, **kwargs)
+        return checked
+    return decorate
 
 
 def warn_user(text):

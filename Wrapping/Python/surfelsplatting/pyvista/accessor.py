@@ -11,7 +11,7 @@ import pyvista as pv
 from pyvista.core.utilities import ProgressMonitor
 
 from ..arraypictures import checked_size
-from ..problems import check_names
+from ..problems import check_names, with_checked_names
 from ..surfels import is_surfels
 from .component import ADD_NAMES, ELSEWHERE
 from .points import as_one, points_of, surfels_of
@@ -74,6 +74,7 @@ class SurfelAccessor:
         """
         return is_surfels(as_one(self._dataset))
 
+    @with_checked_names("surfels.estimate")
     def estimate(self, *, cleaning: str = "full", sides: str = "auto",
                  viewpoint: Sequence[float] | None = None, neighbors: int | None = None,
                  hierarchy: bool = True, progress_bar: bool = False) -> pv.PolyData:

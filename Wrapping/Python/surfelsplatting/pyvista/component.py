@@ -14,7 +14,7 @@ import pyvista as pv
 
 from ..lens import Lens, focus_on_point
 from ..lighting import are_photographs
-from ..problems import check_names, warn_user
+from ..problems import check_names, warn_user, with_checked_names
 from ..views.cameras import STILL_CELLS
 from ..vtkSurfelRendering import vtkSurfelSplatter, vtkSurfelSplattingPass
 from .browser import show_points_in_browsers
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 MEANINGLESS = ("edge_color", "line_width", "metallic", "pbr", "point_size", "render_lines_as_tubes",
                "render_points_as_spheres", "roughness", "show_edges", "show_vertices", "silhouette",
                "smooth_shading", "split_sharp_edges", "style", "texture")
+BLUR = {"blur": "coc is the blur of very distant points, in plot and pl.surfels.lens"}
 
 
 @pv.register_plotter_component("surfels")
@@ -250,6 +251,7 @@ class SurfelComponent:
         elif reset_camera or (reset_camera is None and not renderer.camera_set):
             renderer.reset_camera(render=False)
 
+    @with_checked_names("surfels.lens", BLUR)
     def lens(self, coc: float | None = None, focus: Sequence[float] | None = None, *,
              diameter: float | None = None, cells: int | None = None, render: bool = True) -> None:
         """Look through a lens.
@@ -338,7 +340,7 @@ ELSEWHERE = {**dict.fromkeys(MEANINGLESS, "surfels have no {}; leave it out, or 
                              "cloud.surfels.estimate({}=...) makes surfels, which are drawn as they are"),
              **dict.fromkeys(("coc", "diameter", "focus", "cells"),
                              "pl.surfels.lens({}=...) of a pyvista.Plotter sets it"),
-             "blur": "coc is the blur of very distant points, in plot and pl.surfels.lens"}
+             **BLUR}
 # add_mesh takes some under other names, too, which its signature does not have.
 ADD_NAMES = {*inspect.signature(SurfelComponent.add).parameters, "colormap", "rgba", "rng",
              *inspect.signature(pv.Plotter.add_mesh).parameters} - {"self", "mesh", "kwargs", *MEANINGLESS}
