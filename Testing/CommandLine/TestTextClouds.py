@@ -198,9 +198,14 @@ class TestTextClouds(ToolCase):
 
     def test_commas_between_and_in_numbers(self):
         """What is a point and what a column cannot be told where some decimals are missing."""
-        for names in ("x,y,z", "//X,Y,Z", "easting,northing,elevation"):
-            with self.assertRaisesRegex(UserProblem, "a.csv has 3 names and 6 numbers in a line, as if commas"):
-                self.read(names + "\n0,5,1,5,2,5\n1,5,2,5,3,5\n", "a.csv")
+        rows = "0,50,1,55,-2,52\n1,59,-2,51,3,07\n"
+        for text in ("x,y,z\n" + rows, "//X,Y,Z\n" + rows, "easting,northing,elevation\n" + rows, rows,
+                     "0,50,1,55,-2,52,255,0,7\n1,59,-2,51,3,07,1,2,3\n"):
+            with self.assertRaisesRegex(UserProblem, "a.csv: commas seem to be decimal points, and to separate"):
+                self.read(text, "a.csv")
+        for text in ("1,2,3,10,20,0\n4,5,6,30,0,7\n", "1,2,3.5,10,20,00\n4,5,6,30,00,7\n",
+                     "1,2,3,-10,20,07\n4,5,6,30,-10,7\n"):
+            self.read(text, "a.csv")
 
     def test_degrees_without_names(self):
         """Taken as they are, and a line tells it."""

@@ -102,14 +102,24 @@ def _find_names(lines, delimiter, count):
     return None
 
 
-def _check_commas(path, lines, delimiter, words):
-    """Raises UserProblem if the names show that each number has a comma, as the columns have between them."""
+def _are_halves(rows):
+    """Whether each two of the first six cells are a number with a decimal comma: what is behind it begins with a
+    zero here and there, as no other whole number does."""
+    rows = [row for row in rows if len(row) >= 6]
+    wholes = [cell for row in rows for cell in row[0:6:2]]
+    decimals = [cell for row in rows for cell in row[1:6:2]]
+    return (all(map(re.compile(r"[+-]?(0|[1-9]\d*)").fullmatch, wholes)) and all(map(str.isdecimal, decimals))
+            and any(cell.startswith("0") and len(cell) > 1 for cell in decimals)
+            and not any("." in cell for row in rows for cell in row))
+
+
+def _check_commas(path, lines, rows):
+    """Raises UserProblem if each number has a comma, as the columns have between them. lines: above the rows"""
     counts = [len(names) for names in (_split(line.strip().lstrip("#/"), ",") for line in lines)
               if has_places(names)]
-    if delimiter == "," and counts and 2 * counts[-1] == len(words):
-        raise UserProblem(f"{path} has {counts[-1]} names and {len(words)} numbers in a line, as if commas were "
-                          "decimal points and separated the columns, too; write it with points, or with "
-                          "semicolons between the columns")
+    if _are_halves(rows) or (counts and 2 * counts[-1] == len(rows[0])):
+        raise UserProblem(f"{path}: commas seem to be decimal points, and to separate the columns, too; write it "
+                          "with points, or with semicolons between the columns")
 
 
 def _columns_of_numbers(rows):
@@ -171,9 +181,9 @@ def _find_layout(path):
     delimiter, marks.has_decimal_comma = _delimiter(row)
     words = _split(marks.read(row), delimiter)
     names = _find_names(head[:first], delimiter, len(words))
-    if names is None:
-        _check_commas(path, head[:first], delimiter, words)
     rows = [_split(marks.read(line), delimiter) for line in plain[first:] if line.strip(BLANK)]
+    if names is None and delimiter == ",":
+        _check_commas(path, head[:first], rows)
     used = _columns_of_numbers([row for row in rows if len(row) == len(words)])
     # A last delimiter ends its line and begins no column.
     is_whole = len(used) == len(words) or (names is None and words[-1] != "")
