@@ -11,7 +11,9 @@ import numpy as np
 from surfelsplatting.shapes import rooms, surfaces
 
 from roomclouds import CEILING, CUPBOARD, FLOOR, WALLS, room
-from toolcase import ToolCase, read_json, write_ply
+from TestMeshFaces import write_obj
+from TestOutward import box, joined
+from toolcase import SMALL, ToolCase, read_json, write_ply
 from viewclouds import TO_Y
 
 
@@ -105,6 +107,14 @@ class TestRooms(ToolCase):
             self.assertGreater(ceiling, 0.1)
             self.assertGreater(walls, 0.1)
             self.assertEqual(floor, 0)
+
+    def test_boxes_on_one_another(self):
+        """One of the size of a room may be one."""
+        low = box((3, 3, 2))
+        for more, is_room in (((), True), ((box((2, 2, 1.4), (0.5, 0.5, 2)),), False),
+                              ((box((3, 3, 2), (0, 0, 2)),), False)):
+            write_obj("boxes.obj", *joined(low, *more))
+            self.assertEqual("it may be a room" in self.tool("render", "boxes.obj", *SMALL, "-o", "a.png"), is_room)
 
     def test_info(self):
         for options, says, tries in ((["table"], True, "looks into the room"),

@@ -16,6 +16,7 @@ LEAST = 0.06  # part of the area of a floor, and of a ceiling
 UPRIGHT = 0.8  # least part of the area that is level or a wall
 HEIGHTS = 1.8, 12.0  # of rooms, in metres or feet
 
+STEPS = 0.05  # most of the area of an empty room that is flat between its ends
 ONE_SIDED = 0.7  # least part of a room's area
 TOPS, CLEAR = 0.01, 2.0  # least part of the area, and how many times as much as along another axis
 FLAT = 0.7  # height over width below which it is no width
@@ -28,6 +29,7 @@ class Profile(NamedTuple):
     ceiling: float
     tops: float  # level, between the ends, and facing up, less what faces down
     upright: float  # walls and all that is level
+    between: float  # level, between the ends
 
     @property
     def has_floor_and_ceiling(self):
@@ -45,10 +47,11 @@ def profile_of(samples, axis):
         return float(area[where].sum() / total)
 
     level = np.abs(cosine) >= LEVEL
-    between = level & (share > END) & (share < 1 - END) & ~samples.two_sided
+    between = level & (share > END) & (share < 1 - END)
+    tops = between & ~samples.two_sided
     return Profile(part(level & (share <= END)), part(level & (share >= 1 - END)),
-                   part(between & (cosine > 0)) - part(between & (cosine < 0)),
-                   part(level | (np.abs(cosine) <= WALL)))
+                   part(tops & (cosine > 0)) - part(tops & (cosine < 0)),
+                   part(level | (np.abs(cosine) <= WALL)), part(between))
 
 
 def facing_of(samples):
@@ -71,7 +74,10 @@ def is_room(samples):
 
 def may_be_room(samples):
     """Whether what faces outward, or has two sides, has the shape of an empty room, and its size in
-    metres or feet: it ends in planes on two axes, or on all if it may be open, at a room's height."""
+    metres or feet: it ends in planes on two axes, or on all if it may be open, at a room's height. What
+    faces outward and has steps is several boxes."""
+    if samples.facing > 0 and sum(profile.between for profile in samples.profiles) > STEPS:
+        return False
     axes = [axis for axis in range(3) if samples.profiles[axis].has_floor_and_ceiling]
     return bool(len(axes) >= (2 if samples.facing > 0 else 3) and samples.facing >= 0
                 and any(HEIGHTS[0] <= samples.extent[axis] <= HEIGHTS[1] for axis in axes if axis))
