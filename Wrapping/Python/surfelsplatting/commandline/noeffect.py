@@ -18,7 +18,7 @@ def _of_lens(arguments, view):
     if view.has_lens:
         return []
     options = ["--lens-cells", "--reference"]
-    if not getattr(arguments, "save_camera", None):  # a saved camera keeps the focus
+    if not arguments.save_camera:  # a saved camera keeps the focus
         options = ["--focus-pixel", "--focus-point", "--focal-distance", *options]
     return _texts(arguments, options, "without a lens; add one, for example --blur 10")
 
@@ -26,16 +26,14 @@ def _of_lens(arguments, view):
 def without_effect(arguments, view):
     """-> texts about options that change nothing, whatever the cloud. view: the asked one."""
     texts = _of_lens(arguments, view)
-    keeps_normals = any(getattr(arguments, name, None) for name in ("hierarchy", "surfels"))
-    if arguments.unlit and not keeps_normals:
+    if arguments.unlit and not (arguments.hierarchy or arguments.surfels):  # which keep the normals
         texts += _texts(arguments, ("--shade",), "with --unlit")
     return texts
 
 
 def mixes_as_stored(cloud, arguments):
     """Whether the colours are harmonics, which stay as they are stored with --linear-light."""
-    return (bool(cloud.data.GetPointData().HasArray("GaussianHarmonics"))
-            and not getattr(arguments, "scalars", None))
+    return bool(cloud.data.GetPointData().HasArray("GaussianHarmonics")) and not arguments.scalars
 
 
 def _of_gaussians(cloud, arguments):
@@ -50,7 +48,7 @@ def _of_gaussians(cloud, arguments):
 
 
 def _of_normals(arguments):
-    if "NORMAL" not in (getattr(arguments, "channels", None) or ()):
+    if "NORMAL" not in (arguments.channels or ()):
         return []
     return [f"the channel normal is 0 on {arguments.cloud}: it holds those of surfaces, not of "
             "Gaussians in space"]
@@ -62,10 +60,10 @@ def _of_kind(cloud, arguments):
     if not cloud.is_volume:
         texts += _texts(arguments, ("--opacity", "--unit-distance", "--shade"),
                         f"on {arguments.cloud}, which is no volume")
-        if not getattr(arguments, "scalars", None):
+        if not arguments.scalars:
             texts += _texts(arguments, ("--colormap", "--range"), "without --scalars")
     else:
-        if not getattr(arguments, "shade", None):
+        if not arguments.shade:
             texts += _texts(arguments, ("--lit",), "without --shade")
         if color_components(cloud.data, arguments.scalars or arguments.volume_scalars):
             options = ("--colormap", "--range") if arguments.opacity else ("--colormap",)

@@ -267,7 +267,7 @@ def check_options(arguments):
     """Raises UserProblem about options of the groups above that contradict each other."""
     for names in EXCLUSIVE:
         refuse_together(*((name, name in arguments.given) for name in names))
-    limits = getattr(arguments, "range", None)
+    limits = arguments.range
     if limits and limits[0] == limits[1]:
         raise UserProblem(f"--range is from {limits[0]:g} to {limits[1]:g}; give two numbers that "
                           "differ")

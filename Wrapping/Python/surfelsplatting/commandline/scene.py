@@ -40,7 +40,7 @@ def backdrop_of(arguments):
 
 
 def _set_background(renderer, arguments):
-    is_picture = not (arguments.output.lower().endswith(".exr") or getattr(arguments, "transparent", False))
+    is_picture = not (arguments.output.lower().endswith(".exr") or arguments.transparent)
     if arguments.background or is_picture:
         renderer.SetBackground(backdrop_of(arguments))
         renderer.SetBackgroundAlpha(1.0)

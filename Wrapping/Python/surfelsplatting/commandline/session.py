@@ -82,8 +82,8 @@ class Session:
     def hint_at_keeping(self, seconds, command=""):
         """Says how surfels are kept that took long, if they are not. command: that has --hierarchy."""
         options = self.arguments
-        is_kept = getattr(options, "hierarchy", None) or getattr(options, "surfels", None)
-        if seconds > LONG and not (is_kept or options.no_lod or options.every > 1):
+        is_kept = options.hierarchy or options.surfels or options.no_lod
+        if seconds > LONG and not (is_kept or options.every > 1):
             name = os.path.splitext(os.path.basename(options.clouds[0]))[0] + ".surfels"
             self.note(f"the surfels took {seconds:.0f} s; {command}--hierarchy {name} keeps them in a file "
                       "that is drawn at once")
@@ -107,9 +107,9 @@ class Session:
 
     def load(self, with_note=True):
         """-> Cloud, and says how it was read. with_note: also where that was a guess, without -v"""
-        path, colormap = self.arguments.cloud, getattr(self.arguments, "colormap", None)
-        if colormap:
-            colors_of(colormap)  # UserProblem, before all that takes time
+        path = self.arguments.cloud
+        if self.arguments.colormap:
+            colors_of(self.arguments.colormap)  # UserProblem, before all that takes time
         with self.run.stage("read"):
             cloud = self.cloud()
         self.say(f"{path}: {counted(cloud.data.GetNumberOfPoints(), 'points')}"

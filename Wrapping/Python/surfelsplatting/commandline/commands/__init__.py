@@ -2,8 +2,8 @@
 """The commands of surfelsplat.
 
 Each is a module with add_parser(commands), which sets the defaults check (raises UserProblem about
-options that cannot be combined) and run. Only run imports what does the work: --help and completion
-take 55 ms less.
+options that cannot be combined) and run. What a command has no option for is as render has it by
+default. Only run imports what does the work: --help and completion take 55 ms less.
 """
 
 import difflib
@@ -72,14 +72,14 @@ def parse_arguments(words):
     words = list(split_numbers(_with_hyphens(words)))
     if words[:1] == ["help"]:  # as in other programs
         words = [*words[1:], "--help"]
-    named = [command for command in COMMANDS if command.__name__.split(".")[-1] in words[:1]]
-    for command in named or COMMANDS:  # the options of all take 3 ms more
+    named = {command for command in COMMANDS if command.__name__.split(".")[-1] in words[:1]}
+    for command in {render, *named} if named else COMMANDS:  # the options of all take 3 ms more
         command.add_parser(commands)
     complete(parser)
     if not words:
         parser.exit(2, parser.format_help())
     _check_command(words[0], parser, list(commands.choices))
-    arguments, unknown = parser.parse_known_args(words)
+    arguments, unknown = parser.parse_known_args(words, parser.parse_args(["render", "CLOUD"]))
     if unknown and all(map(os.path.exists, unknown)):  # files behind options, too
         note_clouds(arguments, arguments.clouds + unknown)
     elif unknown:

@@ -85,8 +85,7 @@ def add_parser(commands):
     add_look_options(film)
     add_detail_options(film)
     add_run_options(film)
-    # What only pictures of surfelsplat render can have.
-    film.set_defaults(check=check, run=run, deep=False, channels=None)
+    film.set_defaults(check=check, run=run)
 
 
 def _check_motion(arguments):

@@ -24,9 +24,7 @@ def add_parser(commands):
     info.add_argument("--json", action="store_true", help="print the same as JSON")
     add_run_options(info)
     # The cleaning is done apart from the rest, to see what it does.
-    info.set_defaults(check=lambda arguments: None, run=run, every=1, cleaning="off", sides="auto",
-                      neighbors=None, no_lod=True, scalars=None, volume_scalars=None, range=None,
-                      opacity=None, unit_distance=None, shade=False)
+    info.set_defaults(check=lambda arguments: None, run=run, cleaning="off", no_lod=True)
 
 
 def run(arguments):

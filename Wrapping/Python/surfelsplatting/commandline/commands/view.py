@@ -4,10 +4,6 @@
 from ..options import (add_camera_options, add_clouds, add_lens_options, add_look_options,
                        add_run_options, check_options)
 
-# The options of render that a moving picture does without. Its focus has an effect without a lens,
-# too, as in a camera file, since the lens may be opened later.
-DETAIL = dict(kernel="pearson", no_lod=False, lod_error=None, save_camera=True)
-
 FIRST = ("--blur", "--scalars", "--view", "--up", "--background", "--camera", "--every")
 
 DESCRIPTION = """\
@@ -26,7 +22,8 @@ def add_scan_options(parser):
     add_lens_options(parser)
     add_look_options(parser)
     add_run_options(parser)
-    parser.set_defaults(check=check_options, **DETAIL)
+    # As in a saved camera, a focus has an effect without a lens, too, which may be opened later.
+    parser.set_defaults(check=check_options, save_camera=True)
 
 
 def add_parser(commands):
