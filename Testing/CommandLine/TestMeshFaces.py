@@ -18,7 +18,7 @@ from surfelsplatting.clouds.cloud import cloud_of
 from surfelsplatting.clouds.faces import MOST_VERTICES, on_faces
 from surfelsplatting.clouds.polydata import cells_of, polydata_of
 from surfelsplatting.formats.reading import OF_MESHES, read_cloud
-from surfelsplatting.surfels import is_model
+from surfelsplatting.notes import is_model
 from toolcase import ToolCase, arrays_of, write, write_data
 
 BOX = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)

@@ -10,9 +10,10 @@ import numpy as np
 
 from surfelsplatting.clouds.cloud import Cloud
 from surfelsplatting.clouds.polydata import polydata_of
+from surfelsplatting.notes import note_model, note_up
 from surfelsplatting.shapes.samples import Samples
 from surfelsplatting.shapes.up import find_up
-from surfelsplatting.surfels import make_surfels, note_model, note_up
+from surfelsplatting.surfels import make_surfels
 from surfelsplatting.views.cameras import View
 from surfelsplatting.views.framing import complete_view
 from TestMeshFaces import write_obj

@@ -13,20 +13,22 @@ import numpy as np
 
 from .arraypoints import SCALARS, add_scalars, polydata_of_arrays
 from .backend import vtk
+from .checks import check_names, finite_triple, number_in
 from .clouds.cloud import Cloud
 from .colormaps import color_by
 from .lens import Lens, focus_on_point
 from .lighting import BACKDROP, LIGHT_GREY, needs_light, set_lights
 from .pictures import rgb_bytes, straight_bytes
-from .problems import UserProblem, check_names
+from .problems import UserProblem
 from .shapes.precision import warn_of_steps
 from .shapes.samples import Samples
-from .surfels import finite_triple, make_surfels, needs_hierarchy, number_in, update
+from .surfels import make_surfels, needs_hierarchy
 from .views.backs import share_facing_away
 from .views.cameras import View, check_view
 from .views.focus import focused_on_front
 from .views.framing import complete_view
 from .views.vtkcamera import make_camera
+from .vtkmessages import update
 from .vtkSurfelRendering import vtkSurfelImageRenderer, vtkSurfelMapper
 
 if TYPE_CHECKING:

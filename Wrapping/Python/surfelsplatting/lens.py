@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from numbers import Real
 
-from .surfels import finite_triple, number_in
+from .checks import finite_triple, number_in
 from .views.cameras import STILL_CELLS
 
 

@@ -9,8 +9,8 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from .backend import vtk
-from .surfels import update
 from .vtkarrays import named_array, to_numpy
+from .vtkmessages import update
 
 STRIP = 64  # rows that are compressed together
 UP = 2  # PNG's filter: each byte less the one above

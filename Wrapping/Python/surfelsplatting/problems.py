@@ -1,16 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Errors that are reported in one line, and warnings."""
 
-from difflib import get_close_matches
-from functools import wraps
 import glob
-from inspect import signature
 import os
 import sys
-from typing import Callable, TypeVar
 import warnings
-
-F = TypeVar("F", bound=Callable)
 
 OWN_PACKAGES = "~/.local/share/surfelsplat"  # of pip, where the system's Python takes none
 
@@ -54,34 +48,6 @@ def find_own_packages():
     for between in ("", "local"):  # which is Debian's
         pattern = os.path.join(os.path.expanduser(OWN_PACKAGES), between, "lib*", version, "*-packages")
         sys.path[1:1] = [folder for folder in glob.glob(pattern) if folder not in sys.path]
-
-
-def check_names(names, known, call, otherwise, elsewhere=()):
-    """Raises TypeError for an argument that a call does not have: the name that was meant, or else what
-    to do.
-
-    elsewhere: what to do by the names that other calls have, with {} for the name
-    """
-    for name in names:
-        if name not in known:
-            near = [] if name in elsewhere else get_close_matches(name, known, 1)
-            if name in elsewhere:
-                otherwise = elsewhere[name].format(name)
-            raise TypeError(f"{call} has no argument {name!r}; "
-                            + (f"did you mean {near[0]!r}?" if near else otherwise))
-
-
-def with_checked_names(call, elsewhere=()):
-    """Decorates a function: check_names of its arguments, and else it says which ones there are."""
-    def decorate(function: F) -> F:
-        known = [name for name in signature(function).parameters if name != "self"]
-
-        @wraps(function)
-        def checked(*args, **kwargs):
-            check_names(kwargs, known, call, f"it has {', '.join(known)}", elsewhere)
-            return function(*args, **kwargs)
-        return checked
-    return decorate
 
 
 def warn_user(text):

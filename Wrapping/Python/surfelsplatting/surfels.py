@@ -2,23 +2,21 @@
 """Points to surfels in one call, with Python's exceptions and warnings instead of VTK's messages."""
 
 from contextlib import nullcontext
-import logging
-import math
 
 import numpy as np
 
 from .backend import vtk
+from .checks import finite_triple, one_of, whole_number_in
+from .notes import is_sheet
 from .problems import warn_user
 from .vtkarrays import named_array, to_numpy
-from .vtkmessages import errors_of
+from .vtkmessages import update
 from .vtkSurfelFilters import vtkPartitionedSurfelEstimation, vtkPointsToSurfels, vtkSurfelHierarchy
 
 SURFEL_ARRAYS = ("SurfelCovariance", "SurfelAreaVector")
 PLACES, MARKED = "SurfelPlaces", "SurfelMarks"  # field arrays
 # Points, of which more go in parts (4.2 GB each), and are drawn by a hierarchy if sharp, too
 HUGE = vtkPartitionedSurfelEstimation().GetPointsPerPart()
-MODEL = "ModelUp"  # a field array
-SHEET = "ModelIsSheet"  # a field array
 MARKS = 1024  # surfels of which places and kernels are noted
 FEW = 8  # of them tell too little
 CLEANING = ("off", "outliers", "full")
@@ -124,104 +122,6 @@ def has_normals(data):
     return points.GetNormals() is not None or bool(points.HasArray("Normals"))
 
 
-def finite_triple(values, what):
-    """Three finite numbers as a tuple of floats, or ValueError."""
-    try:
-        triple = tuple(float(value) for value in values)
-    except (TypeError, ValueError):
-        triple = ()
-    if len(triple) != 3 or not all(map(math.isfinite, triple)):
-        raise ValueError(f"{what} is {values!r}; it must be three finite numbers")
-    return triple
-
-
-def number_in(value, smallest, largest, what):
-    """The number if it is between these, or ValueError."""
-    try:
-        if smallest <= value <= largest:
-            return value
-    except (TypeError, ValueError):  # no number, or several
-        pass
-    raise ValueError(f"{what} is {value!r}; it must be a number from {smallest:g} to {largest:g}")
-
-
-def whole_number_in(value, smallest, largest, what):
-    """The whole number if it is between these, or ValueError."""
-    if number_in(value, smallest, largest, what) != int(value):
-        raise ValueError(f"{what} is {value!r}; it must be a whole number")
-    return int(value)
-
-
-def one_of(value, choices, what):
-    if value not in choices:
-        raise ValueError(f"{what} is {value!r}; it must be one of {', '.join(map(repr, choices))}")
-    return value
-
-
-def update(algorithm, what, run=None, warns=lambda: True):
-    """Updates an algorithm, or runs it. Raises its first error as a RuntimeError, and repeats its
-    warnings, in the log if warns() is not true."""
-    observed = algorithm, algorithm.GetExecutive()
-    with errors_of(*observed) as errors, errors_of(*observed, event="WarningEvent") as texts:
-        (run or algorithm.Update)()
-    if errors:
-        raise RuntimeError(f"{what}: {errors[0]}")
-    tell = warn_user if texts and warns() else logging.getLogger("surfelsplatting").info
-    for text in texts:
-        tell(f"{what}: {' '.join(text.split())}")
-
-
-def scan(points):
-    """-> place of the sensor or None, columns of a depth image or 0: what the reader knew, unless the
-    points were moved or selected since."""
-    viewpoint = [0.0, 0.0, 0.0]
-    known = vtkPointsToSurfels.FindViewpoint(points, viewpoint)
-    return tuple(viewpoint) if known else None, vtkPointsToSurfels.FindColumns(points)
-
-
-def find_scanners(points):
-    """Gives the points the array ToScanner if their order tells from where they were scanned, as the
-    filters find it. -> whether it does"""
-    ways = vtk("vtkCommonCore").vtkFloatArray()
-    found = vtkPointsToSurfels.FindScannersByOrder(points, ways)
-    if found:
-        points.GetPointData().AddArray(ways)
-    return found
-
-
-def note_scan(points, viewpoint):
-    """Stores the place of the sensor where `scan` and the filters find it; None is not stored."""
-    if viewpoint is not None:
-        _note(points, "ScanViewpoint", viewpoint)
-        _note(points, "ScanBounds", points.GetBounds())
-
-
-def note_up(points, up):
-    """Stores the direction that is up, a unit vector; surfels of the points have it, too."""
-    _note(points, "ScanUp", up)
-
-
-def note_model(points, is_one=True):
-    """Stores of a mesh whether it is one as modelling programs make: y or z is up, and not the
-    opposite."""
-    _note(points, MODEL, (float(is_one),))
-
-
-def is_model(points):
-    """Whether note_model has stored that it is one."""
-    array = points.GetFieldData().GetArray(MODEL)
-    return bool(array and array.GetNumberOfTuples() and array.GetTuple(0)[0])
-
-
-def note_sheet(points):
-    """Stores of a mesh that it is a sheet, which has no outside: it is seen from both sides."""
-    _note(points, SHEET, (1.0,))
-
-
-def _note(points, name, values):
-    points.GetFieldData().AddArray(named_array(name, [values], float))
-
-
 def set_filters(filters, points, *, cleaning, sides, neighbors, viewpoint=None):
     """Gives a vtkPointsToSurfelsBase the points and what make_surfels was asked for; what a file says of
     its sensor is for the filters to use."""
@@ -230,8 +130,7 @@ def set_filters(filters, points, *, cleaning, sides, neighbors, viewpoint=None):
     filters.GetCleaning().SetSmoothing(cleaning == "full")
     filters.SetNumberOfNeighbors(neighbors or 0)
     estimation = filters.GetEstimation()
-    is_sheet = bool(points.GetFieldData().HasArray(SHEET)) and viewpoint is None
-    if sides == "two" or (sides == "auto" and is_sheet):
+    if sides == "two" or (sides == "auto" and viewpoint is None and is_sheet(points)):
         estimation.SetOrientationModeToTwoSided()
     elif sides == "given":
         estimation.SetOrientationModeToAsGiven()

@@ -2,12 +2,13 @@
 """VTK's errors and warnings as Python data, without windows and without output on stderr."""
 
 from contextlib import contextmanager
+import logging
 import re
 import sys
 import weakref
 
 from .backend import vtk
-from .problems import UserProblem
+from .problems import UserProblem, warn_user
 
 # "ERROR: In file.cxx, line 12\nvtkClass (0x55d0): the message\n\n"
 _PREFIX = re.compile(
@@ -39,6 +40,19 @@ def errors_of(*objects, event="ErrorEvent"):
     finally:
         for observed, tag in tags:
             observed.RemoveObserver(tag)
+
+
+def update(algorithm, what, run=None, warns=lambda: True):
+    """Updates an algorithm, or runs it. Raises its first error as a RuntimeError, and repeats its
+    warnings, in the log if warns() is not true."""
+    observed = algorithm, algorithm.GetExecutive()
+    with errors_of(*observed) as errors, errors_of(*observed, event="WarningEvent") as texts:
+        (run or algorithm.Update)()
+    if errors:
+        raise RuntimeError(f"{what}: {errors[0]}")
+    tell = warn_user if texts and warns() else logging.getLogger("surfelsplatting").info
+    for text in texts:
+        tell(f"{what}: {' '.join(text.split())}")
 
 
 _collectors = weakref.WeakSet()

@@ -4,12 +4,13 @@
 from dataclasses import dataclass, field
 from typing import List, Optional, Tuple
 
+from ..notes import is_model, note_model, note_scan
+from ..surfels import SURFEL_ARRAYS, holds_gaussians
+from ..vtkarrays import to_numpy
 from .depthimages import image_axes
 from .faces import on_faces
 from .polydata import as_polydata
 from .stations import TO_SCANNER
-from ..surfels import SURFEL_ARRAYS, holds_gaussians, is_model, note_model, note_scan
-from ..vtkarrays import to_numpy
 
 
 def is_hierarchy(surfels):

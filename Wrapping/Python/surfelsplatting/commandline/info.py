@@ -13,10 +13,10 @@ from ..clouds.stations import TO_SCANNER, scanners_of
 from ..clouds.volumes import scalar_names
 from ..colormaps import range_without_outliers
 from ..formats.sogfiles import bytes_of
+from ..notes import find_scanners, note_scan
 from ..shapes.rooms import is_room, may_be_room
 from ..shapes.samples import Samples
 from ..shapes.up import is_open
-from ..surfels import find_scanners, note_scan
 from ..views.cameras import View
 from ..views.framing import home_in, up_in
 from ..views.inside import options_inside

@@ -11,8 +11,8 @@ import numpy as np
 
 from ..clouds.cloud import Cloud, cloud_of, with_image
 from ..clouds.stations import TO_SCANNER
+from ..notes import note_model, note_scan, note_up
 from ..problems import UserProblem, no_points
-from ..surfels import note_model, note_scan, note_up
 from ..vtkSurfelReaders import vtkGaussianSplatReader, vtkPointCloudReader
 from ..vtkSurfelRendering import vtkSurfelHierarchyReader
 from .sogfiles import folder_meta

@@ -11,7 +11,7 @@ import pyvista as pv
 from pyvista.core.utilities import ProgressMonitor
 
 from ..arraypictures import checked_size
-from ..problems import check_names, with_checked_names
+from ..checks import check_names, with_checked_names
 from ..surfels import is_surfels
 from .component import ADD_NAMES, ELSEWHERE
 from .points import as_one, points_of, surfels_of

@@ -12,9 +12,10 @@ import weakref
 import numpy as np
 import pyvista as pv
 
+from ..checks import check_names, with_checked_names
 from ..lens import Lens, focus_on_point
 from ..lighting import are_photographs
-from ..problems import check_names, warn_user, with_checked_names
+from ..problems import warn_user
 from ..views.cameras import STILL_CELLS
 from ..vtkSurfelRendering import vtkSurfelSplatter, vtkSurfelSplattingPass
 from .browser import show_points_in_browsers

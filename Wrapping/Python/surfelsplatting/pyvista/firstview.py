@@ -5,7 +5,7 @@ import numpy as np
 import pyvista as pv
 
 from ..clouds.cloud import Cloud
-from ..surfels import scan
+from ..notes import scan
 from ..views.cameras import View
 from ..views.framing import complete_view
 

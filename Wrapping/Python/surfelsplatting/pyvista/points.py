@@ -10,10 +10,11 @@ from ..arraypoints import point_rows
 from ..backend import vtk
 from ..clouds.cloud import Cloud, cloud_of
 from ..clouds.stations import TO_SCANNER
+from ..notes import MODEL, scan
 from ..shapes.outward import turn_outward
 from ..shapes.precision import warn_of_steps
 from ..shapes.sensor import keep_sensor
-from ..surfels import MODEL, in_the_world, is_surfels, make_surfels, scan
+from ..surfels import in_the_world, is_surfels, make_surfels
 from ..vtkSurfelReaders import vtkGaussianSplatReader
 from .readers import read_capture
 

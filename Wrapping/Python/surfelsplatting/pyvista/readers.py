@@ -13,8 +13,9 @@ from ..formats.ptx import read_ptx_cloud
 from ..formats.sog import read_sog_capture
 from ..formats.sogfiles import folder_meta
 from ..formats.text import read_text_cloud
+from ..notes import note_scan, note_up
 from ..problems import UserProblem, warn_user
-from ..surfels import note_scan, note_up, update
+from ..vtkmessages import update
 from ..vtkSurfelReaders import vtkGaussianSplatReader, vtkPointCloudReader
 
 

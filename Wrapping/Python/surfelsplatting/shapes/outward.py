@@ -13,7 +13,7 @@ import numpy as np
 from ..backend import vtk
 from ..clouds.parts import parts_of_points
 from ..clouds.polydata import polydata_of
-from ..surfels import note_sheet
+from ..notes import note_sheet
 from ..vtkarrays import named_array, to_numpy
 from .rooms import FLAT, HEIGHTS, LEAST, UPRIGHT, profile_of
 from .surfaces import Surface

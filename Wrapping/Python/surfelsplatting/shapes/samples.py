@@ -6,8 +6,8 @@ from functools import cached_property
 
 import numpy as np
 
+from ..notes import is_model
 from ..problems import UserProblem
-from ..surfels import is_model
 from ..vtkarrays import to_numpy
 from .directions import lengths
 from .rooms import facing_of, profile_of
