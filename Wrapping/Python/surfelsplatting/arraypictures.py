@@ -173,7 +173,7 @@ def render(points: ArrayLike, *, colors: ArrayLike | None = None, normals: Array
     (200, 300, 3)
 
     """
-    known = [*render.__kwdefaults__, *make_surfels.__kwdefaults__]
+    known = [name for name in (*render.__kwdefaults__, *make_surfels.__kwdefaults__) if name != "watch"]
     of_lens = Lens.__dataclass_fields__.keys() & estimation.keys()
     check_names(estimation, known, "render", f"give lens=surfelsplatting.Lens({min(of_lens)}=...)"
                 if of_lens else f"it has {', '.join(known)}", OF_COMMAND_LINE)

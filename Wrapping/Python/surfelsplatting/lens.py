@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from numbers import Real
 
-from .checks import finite_triple, number_in
+from .checks import finite_triple, number_in, whole_number_in
 from .views.cameras import STILL_CELLS
 
 
@@ -54,8 +54,7 @@ class Lens:
         for name, size, largest in (("coc", self.coc, 1e6), ("diameter", self.diameter, 1e17)):
             if size is not None:
                 number_in(size, 0, largest, f"the lens's {name}")
-        if number_in(self.cells, 1, 65536, "the lens's number of cells") != int(self.cells):
-            raise ValueError(f"the lens has {self.cells!r} cells; it must be a whole number")
+        whole_number_in(self.cells, 1, 65536, "the lens's number of cells")
         object.__setattr__(self, "focus", _checked_focus(self.focus))
 
     @property
