@@ -35,8 +35,8 @@ def why_stepped(points, surfels):
     spacing = Samples(surfels).spacing
     if not step > SEEN * spacing:
         return None
-    return (f"the coordinates have steps of {step:.2g}, and the points are {spacing:.2g} apart: surfaces "
-            "become steps. Save the points in double precision, or relative to a place near them")
+    return (f"the coordinates have steps of {step:.2g}, and the points are {spacing:.2g} apart; save them in "
+            "double precision, or relative to a place near them")
 
 
 def warn_of_steps(points, surfels):

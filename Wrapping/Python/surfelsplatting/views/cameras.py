@@ -302,8 +302,7 @@ def check_pixel(pixel, size):
     width, height = size
     if not (0 <= pixel[0] < width and 0 <= pixel[1] < height):
         raise UserProblem(f"there is no pixel {pixel[0]} {pixel[1]} in a picture of {width} x "
-                          f"{height}; give a column from 0 to {width - 1} and a row, from the top, "
-                          f"from 0 to {height - 1}")
+                          f"{height}; its last one is {width - 1} {height - 1}, at the lower right")
 
 
 def _check_range(view):

@@ -208,9 +208,8 @@ def _with_blur(view, depths):
     end = far if far - focus >= focus - near else near
     share = abs(1 - focus / end)
     if view.wishes.blur > LARGEST_BLUR * share:
-        raise UserProblem(f"everything that is seen is in focus, from {near:.7g} to {far:.7g} along "
-                          f"the view direction, so that no lens blurs it by {view.wishes.blur:g} "
-                          "px; move the focus or the camera")
+        raise UserProblem(f"no lens blurs what is seen by {view.wishes.blur:g} px, as all of it, from {near:.7g} "
+                          f"to {far:.7g} along the view direction, is in focus; move the focus or the camera")
     return replace(view, circle_of_confusion=view.wishes.blur / share)
 
 
