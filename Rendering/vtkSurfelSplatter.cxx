@@ -14,6 +14,7 @@
 #include "Rendering/Scene/PixelChannels.h"
 #include "Rendering/Scene/PropOccluders.h"
 #include "Rendering/Scene/SceneView.h"
+#include "Rendering/Scene/ViewWarnings.h"
 #include "SurfelData/SMPExecutor.h"
 #include "vtkSurfelMapper.h"
 
@@ -72,7 +73,7 @@ struct vtkSurfelSplatter::Internals
   SurfelSplatting::PropOccluders Occluders;
   bool HasPicture = false;
   double SceneMilliseconds = 0.0;
-  bool WarnedParallel = false, WarnedOffAxis = false, WarnedNotFinite = false;
+  SurfelSplatting::ViewWarnings Warnings;
 };
 
 vtkStandardNewMacro(vtkSurfelSplatter);
@@ -209,51 +210,6 @@ void vtkSurfelSplatter::MakeContext(const SceneView& view)
   this->Internal->Context = context;
 }
 
-/// Says once what is not finite, without which there is no picture: VTK's macros keep NaN.
-void vtkSurfelSplatter::WarnOfNotFinite(const SceneView& view)
-{
-  const SurfelSplatting::View& v = view.Projection;
-  double camera = v.Fx + v.Fy + v.Cx + v.Cy;
-  for (int i = 0; i < 3; ++i)
-  {
-    camera += v.WorldToCamera.T[i] + v.WorldToCamera.L[i][0] + v.WorldToCamera.L[i][1] +
-      v.WorldToCamera.L[i][2];
-  }
-  const bool isCamera = !std::isfinite(camera);
-  const bool isLens = !std::isfinite(view.Optics.Radius) || std::isnan(view.Optics.FocalDistance);
-  const bool isSetting = !std::isfinite(this->Cutoff + this->Prefilter + this->LODError);
-  if ((isCamera || isLens || isSetting) && !this->Internal->WarnedNotFinite)
-  {
-    this->Internal->WarnedNotFinite = true;
-    vtkWarningMacro(
-      << (isCamera    ? "The camera is not finite, so that surfels are not seen: check its "
-                        "position, focal point, view-up and view angle."
-             : isLens ? "The lens is not finite, so that surfels are not seen: check the "
-                        "CircleOfConfusion, or the camera's focal disk and focal distance."
-                      : "Cutoff, Prefilter and LODError must be finite: surfels may not be seen."));
-  }
-}
-
-/// Warns once about cameras whose pictures may surprise the user.
-void vtkSurfelSplatter::WarnOfCamera(const SceneView& view)
-{
-  Internals& my = *this->Internal;
-  this->WarnOfNotFinite(view);
-  if (view.Projection.Parallel && view.Optics.Radius > 0.0 && !my.WarnedParallel)
-  {
-    my.WarnedParallel = true;
-    vtkWarningMacro("Parallel projection has no lens: the picture is sharp. Use a perspective "
-                    "camera for depth of "
-                    "field, or call SetLensModeToPinhole() if the picture is meant to be sharp.");
-  }
-  if (view.Camera->GetUseOffAxisProjection() && !my.WarnedOffAxis)
-  {
-    my.WarnedOffAxis = true;
-    vtkWarningMacro("Off-axis projection is not supported: surfels do not appear where meshes do. "
-                    "Set the same projection with SetExplicitProjectionTransformMatrix().");
-  }
-}
-
 /// Updates the pipelines of the surfels. Call after MakeContext.
 SurfelSplatting::FrameKey vtkSurfelSplatter::MakeKey(const SceneItems& items, const SceneView& view)
 {
@@ -283,7 +239,9 @@ void vtkSurfelSplatter::RenderPicture(const SceneItems& items, const SceneView& 
 {
   const auto start = std::chrono::steady_clock::now();
   this->MakeContext(view);
-  this->WarnOfCamera(view);
+  this->Internal->Warnings.Tell(view,
+    std::isfinite(this->Cutoff + this->Prefilter + this->LODError),
+    [this](const char* text) { vtkWarningMacro(<< text); });
   SurfelSplatting::FrameKey key = this->MakeKey(items, view);
   this->NumberOfPreparedSurfels = 0;
   SurfelSplatting::Ranks* ranks = this->GetRanks();

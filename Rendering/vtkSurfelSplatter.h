@@ -446,8 +446,6 @@ private:
   void MakeContext(const SceneView& view);
   double FindMiddle(const SceneItems& items, const SceneView& view);
   SurfelSplatting::FrameKey MakeKey(const SceneItems& items, const SceneView& view);
-  void WarnOfCamera(const SceneView& view);
-  void WarnOfNotFinite(const SceneView& view);
   void MakeClouds(const SceneItems& items, const SceneView& view, SceneClouds& scene);
   void MakeScene(const SceneItems& items, const SceneView& view, SceneClouds& scene);
   bool RenderScene(const SceneItems& items, const SceneView& view,

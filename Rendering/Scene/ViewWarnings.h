@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * What the user is told about views whose pictures may surprise. Internal to the module.
+ */
+#pragma once
+
+#include <functional>
+
+namespace SurfelSplatting
+{
+struct SceneView;
+
+class ViewWarnings
+{
+public:
+  using Warn = std::function<void(const char*)>;
+
+  /// Warns of a complete view; once of each trouble.
+  /// @param areFinite whether the splatter's settings are: VTK's macros keep NaN
+  void Tell(const SceneView& view, bool areFinite, const Warn& warn);
+
+private:
+  bool ToldParallel = false, ToldOffAxis = false, ToldNotFinite = false;
+};
+}
