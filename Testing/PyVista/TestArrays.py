@@ -328,6 +328,8 @@ class TestRender(unittest.TestCase):
              lambda: Lens(coc=3, focus=("a", "b"))),
             (ValueError, "coc is '5'", lambda: Lens(coc="5")),
             (ValueError, "view_angle is '30'", lambda: Camera(view_angle="30")),
+            (TypeError, "Lens has no argument 'blur'; it has coc, diameter, focus, cells", lambda: Lens(blur=3)),
+            (TypeError, "Camera has no argument 'viewup'; did you mean 'view_up'", lambda: Camera(viewup=(0, 0, 1))),
             (TypeError, "render has no argument 'color'; did you mean 'colors'",
              lambda: render(points, color="red")),
             (TypeError, r"render has no argument 'blur'; give lens=surfelsplatting.Lens\(coc=",

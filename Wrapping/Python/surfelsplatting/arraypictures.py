@@ -13,7 +13,7 @@ import numpy as np
 
 from .arraypoints import SCALARS, add_scalars, polydata_of_arrays
 from .backend import vtk
-from .checks import check_names, finite_triple, number_in
+from .checks import check_names, finite_triple, number_in, with_checked_init
 from .clouds.cloud import Cloud
 from .colormaps import color_by
 from .lens import Lens, focus_on_point
@@ -39,6 +39,7 @@ OF_COMMAND_LINE = {"blur": "give lens=surfelsplatting.Lens(coc=...), the blur of
                    "colormap": "it is called cmap here", "range": "it is called clim here"}
 
 
+@with_checked_init
 @dataclass(frozen=True)
 class Camera:
     """A perspective camera. What is not given is chosen so that the whole cloud is seen.

@@ -7,7 +7,7 @@ from inspect import signature
 import math
 from typing import Callable, TypeVar
 
-F = TypeVar("F", bound=Callable)
+F, C = TypeVar("F", bound=Callable), TypeVar("C", bound=type)
 
 
 def check_names(names, known, call, otherwise, elsewhere=()):
@@ -36,6 +36,12 @@ def with_checked_names(call, elsewhere=()):
             return function(*args, **kwargs)
         return checked
     return decorate
+
+
+def with_checked_init(kind: C) -> C:
+    """Decorates a class: the same for its arguments."""
+    kind.__init__ = with_checked_names(kind.__name__)(kind.__init__)
+    return kind
 
 
 def finite_triple(values, what):

@@ -8,10 +8,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from numbers import Real
 
-from .checks import finite_triple, number_in, whole_number_in
+from .checks import finite_triple, number_in, whole_number_in, with_checked_init
 from .views.cameras import STILL_CELLS
 
 
+@with_checked_init
 @dataclass(frozen=True)
 class Lens:
     """A lens: how much it blurs, and what is in focus.
