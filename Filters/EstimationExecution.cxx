@@ -118,9 +118,6 @@ void EstimationExecution::ReadNormals(vtkPointSet* input)
 void EstimationExecution::JudgeNormals()
 {
   NormalsUse found = this->Given.empty() ? NormalsUse::None : NormalsUse::Kept;
-  const auto isBetterThan = [&](NormalsUse use) { return this->All([&] { return found < use; }); };
-  const bool hasSides =
-    this->Settings.Rule == SideRule::Shape || this->Settings.Rule == SideRule::Scanners;
   this->All([&] {
     if (!this->Given.empty() && this->Settings.JudgeNormals && this->Cloud().Size() > 0)
     {
@@ -128,17 +125,19 @@ void EstimationExecution::JudgeNormals()
     }
     return true;
   });
-  this->Normals = !isBetterThan(NormalsUse::Dropped)      ? NormalsUse::Dropped
-    : !isBetterThan(NormalsUse::WithoutSides) && hasSides ? NormalsUse::WithoutSides
-                                                          : std::min(found, NormalsUse::Kept);
+  const auto isFound = [&](NormalsUse use) { return !this->All([&] { return found < use; }); };
+  SideRule& rule = this->Settings.Rule;
+  const bool needsSides = rule == SideRule::Shape || rule == SideRule::Scanners;
+  this->Normals = isFound(NormalsUse::Dropped)        ? NormalsUse::Dropped
+    : needsSides && isFound(NormalsUse::WithoutSides) ? NormalsUse::WithoutSides
+                                                      : std::min(found, NormalsUse::Kept);
   if (this->Normals == NormalsUse::Dropped)
   {
     this->Given.clear();
   }
-  if (this->Settings.IsPart && this->Settings.Rule == SideRule::Shape &&
-    this->Normals != NormalsUse::Kept)
+  if (this->Settings.IsPart && rule == SideRule::Shape && this->Normals != NormalsUse::Kept)
   {
-    this->Settings.Rule = SideRule::TwoSided;
+    rule = SideRule::TwoSided;
   }
 }
 
