@@ -326,5 +326,26 @@ TEST_CASE("Sides")
     CHECK(static_cast<double>(facing) > 0.97 * static_cast<double>(count));
     CHECK(!data->GetPointData()->HasArray("ToScanner")); // the input stays as it is
   }
+  // Without the sensor nothing looks for scanners, nor does the only part of a cloud.
+  parts->SetPointsPerPart(data->GetNumberOfPoints());
+  parts->UseSensorOff();
+  whole->UseSensorOff();
+  double shares[2];
+  for (int k = 0; k < 2; ++k)
+  {
+    vtkPointsToSurfelsBase* filter = k == 0 ? static_cast<vtkPointsToSurfelsBase*>(whole)
+                                            : static_cast<vtkPointsToSurfelsBase*>(parts);
+    const Messages quiet(filter);
+    filter->Update();
+    const Surfels surfels(filter->GetOutput());
+    double twoSided = 0.0;
+    for (vtkIdType i = 0; i < surfels.Count(); ++i)
+    {
+      twoSided += surfels.IsTwoSided(i) ? 1.0 : 0.0;
+    }
+    shares[k] = twoSided / static_cast<double>(surfels.Count());
+  }
+  std::cout << "two-sided without the sensor: " << shares[0] << ", " << shares[1] << "\n";
+  CHECK(shares[0] == shares[1]);
 }
 }
