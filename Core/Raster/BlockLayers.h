@@ -169,7 +169,8 @@ SURFELSPLATTING_INLINE Lanes KeepOverGaps(const BlockLayers<OnLens, Pass>& open,
     return ended;
   }
   const Lanes farther = Larger(Lanes::Load(tents.Farther), open.Far);
-  const LayerGaps second = FindGaps(range, farther, open.Weight, weight, at.Settings);
+  const LayerEnd end = EndOf(at.Tile.Open[at.Block], farther, open.Weight, open.Depth);
+  const LayerGaps second = FindGaps(range, end, weight, at.Settings);
   const Lanes share =
     Smaller((1.0f / ShareOfJoint) * ofFarther / Larger(open.Weight, 1e-30f), 1.0f);
   const Lanes goesOn = share * KeepOver(second.Bands), keep = (1.0f - share) * ended + goesOn;
@@ -189,8 +190,11 @@ SURFELSPLATTING_INLINE Lanes LeakEnded(BlockLayers<OnLens, Pass>& open, const Ba
   const BatchItem& item, const ZRange& range, const Lanes& weight, const LaneMask& ended)
 {
   constexpr bool collects = Pass == RasterPass::Collect;
-  const LayerGaps gaps = collects ? LayerGaps{ 0.0f, 0.0f, ended }
-                                  : FindGaps(range, open.Far, open.Weight, weight, at.Settings);
+  OpenLayers& stored = at.Tile.Open[at.Block];
+  const Lanes far = open.Far;
+  const LayerGaps gaps = collects
+    ? LayerGaps{ 0.0f, 0.0f, ended }
+    : FindGaps(range, EndOf(stored, far, open.Weight, open.Depth), weight, at.Settings);
   const LaneMask leaks = ended & gaps.Leaks;
   // A fifth to two fifths of such items leave all gaps open: nothing needs to be stored then.
   if (Any(leaks))
@@ -205,8 +209,13 @@ SURFELSPLATTING_INLINE Lanes LeakEnded(BlockLayers<OnLens, Pass>& open, const Ba
       open.Load(at.Tile, at.Block);
     }
   }
-  return collects ? Lanes(range.Near)
-                  : Select(open.Weight > LeastLeakingWeight, range.Near - gaps.Rest, range.Near);
+  if (collects)
+  {
+    return range.Near;
+  }
+  const Lanes begin = Select(open.Weight > LeastLeakingWeight, range.Near - gaps.Rest, range.Near);
+  AddTo(stored.Gaps, Select(ended, open.Weight * (begin - far), 0.0f));
+  return begin;
 }
 
 /// Where an item lies, world units along the view direction.

@@ -141,9 +141,12 @@ SURFELSPLATTING_INLINE void LeakBefore(PixelTile& tile, int block,
     return;
   }
   const Lanes behind = Larger(f.Depth - far, 0.0f) * GapOfLayer(weight);
-  const Lanes gap = behind * (1.0f / LeakBand({ f.Depth, f.Depth }, settings));
+  const Lanes gap = behind /
+    LeakBand(
+      ItemBand({ f.Depth, f.Depth }, settings), EndOf(open, far, weight, Lanes::Load(open.Depth)));
   const Lanes keep = Select(gap < LargestGap, ExpOfMinus(Smaller(gap, LargestGap)), 0.0f);
   LeakLayers<false>(tile, block, ended, keep, settings, callbacks);
+  AddTo(open.Gaps, Select(ended, Lanes::Load(open.Weight) * (f.Depth - far), 0.0f));
   Select(ended, f.Depth, far).Store(open.Far);
 }
 

@@ -106,7 +106,8 @@ unsigned int HiddenFrom(
   {
     last = Larger(Lanes::Load(tile.Tents[block].Farther), last);
   }
-  const LaneMask ended = last < near - gap * LeakBand({ near, near }, settings);
+  const LayerEnd end = EndOf(open, last, Lanes::Load(open.Weight), Lanes::Load(open.Depth));
+  const LaneMask ended = last < near - gap * LeakBand(ItemBand({ near, near }, settings), end);
   if (!Any(ended))
   {
     return done.ToBits();

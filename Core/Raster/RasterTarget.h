@@ -48,6 +48,7 @@ struct alignas(64) OpenLayers
   float Weight[PixelsPerBlock], Opacity[PixelsPerBlock]; ///< sum w, sum w o
   float Red[PixelsPerBlock], Green[PixelsPerBlock], Blue[PixelsPerBlock];
   float Depth[PixelsPerBlock]; ///< sum w z; of coarse grids sum w (z - CoarseLayers::Near)
+  float Gaps[PixelsPerBlock];  ///< sum w g, g the length of the gaps behind that were left open
 };
 
 /// First moments over the lens of the open layers (LensVisibility.h).

@@ -112,7 +112,7 @@ SURFELSPLATTING_INLINE unsigned int AddTentToBlock(
     return 0;
   }
   const ZRange range{ s.Near, s.Far };
-  const float band = LeakBand(range, at.Settings);
+  const float band = ItemBand(range, at.Settings); // the least
   // Over smaller gaps layers stay open (LayerGaps): most tents need no leak then.
   const ItemRange place{ range, s.Near - LeastGap * band };
   const Lanes begin = BeginItem(open, at, item, place, weight, inside);

@@ -24,7 +24,7 @@ double ReferenceLargestCover(double centroid)
 }
 
 /// That of the layer's centroid without the excess over full coverage; less of it near the centre,
-/// up to 0.85.
+/// up to 0.8.
 double ReferenceLayers::LargestCover() const
 {
   if (this->Lens.Radius == 0.0 || this->Weight == 0.0)
@@ -35,7 +35,7 @@ double ReferenceLayers::LargestCover() const
   const double moment = std::hypot(this->Fill[0], this->Fill[1]);
   const double centroid = std::max(0.0, moment - 0.5 * excess) / std::min(1.0, this->Weight);
   return ReferenceLargestCover(
-    std::min(std::pow(centroid, 3) / (centroid * centroid + 0.0016), 0.85));
+    std::min(std::pow(centroid, 3) / (centroid * centroid + 0.0016), 0.8));
 }
 
 double ReferenceLayers::VisibleShare() const
@@ -57,7 +57,8 @@ void ReferenceLayers::Prepare(const ReferenceFragment& f)
     const double z = 0.5 * (f.Near + f.Far);
     const double blur =
       this->Lens.Radius * std::abs(z - this->Lens.FocalDistance) / this->Lens.FocalDistance;
-    const double band = std::max(0.3 * blur + f.Far - f.Near, 1e-30);
+    const double length = std::max(0.0, this->Far - (this->DepthSum + this->Gaps) / this->Weight);
+    const double band = std::max(0.3 * blur + 0.5 * (f.Far - f.Near) + 0.5 * length, 1e-30);
     const double gap = (1.0 - left) * std::min(behind / band, 64.0);
     const bool leaks = gap > 1.0 / 32.0;
     if (leaks)
@@ -65,6 +66,7 @@ void ReferenceLayers::Prepare(const ReferenceFragment& f)
       this->Leak(gap < LargestGap ? std::exp(-gap) : 0.0);
     }
     begin -= this->Weight > 1.0 / 256.0 ? (leaks ? left * behind : behind) : 0.0;
+    this->Gaps += this->Weight * (begin - this->Far);
   }
   if (f.IsTent)
   {
@@ -181,6 +183,7 @@ void ReferenceLayers::Shrink(double factor)
   this->Fill[1] *= shrink;
   this->Weight = after;
   this->DepthSum *= factor;
+  this->Gaps *= factor;
 }
 
 void ReferenceLayers::Leak(double keep)

@@ -82,7 +82,7 @@ public:
   bool Tilted = false; ///< whether T has depended on u
 
   // The open layer.
-  double Far = -1e300, Weight = 0, Opacity = 0, DepthSum = 0, Fill[2] = { 0, 0 };
+  double Far = -1e300, Weight = 0, Opacity = 0, DepthSum = 0, Gaps = 0, Fill[2] = { 0, 0 };
   double Seen = 0, SeenU[2] = { 0, 0 }, SeenColor[3] = { 0, 0, 0 };
 
   /// Share of the lens through which the open layer is seen.

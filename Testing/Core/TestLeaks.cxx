@@ -135,7 +135,8 @@ TEST_CASE("Splats without weight")
 }
 
 /// Behind a light splat its layer has leaked over a share of the gap in the splat's bands, of which
-/// 64 count at most. The next splat finds the rest of the gap, less what the light one reaches.
+/// 64 count at most. The next splat finds the rest of the gap, less what the light one reaches, in
+/// its own bands: the gap that the light one has closed makes the layer no longer.
 TEST_CASE("Light splats in gaps")
 {
   const Wide a{ 1.0f, 2.0f, 0.5f, 1.0f, 1.0f, 0, 0 };
@@ -149,18 +150,39 @@ TEST_CASE("Light splats in gaps")
       {
         const float end = 2.0f + gap, band = gap / bands;
         const Wide light{ end, end + band, weight, 0.0f, 1.0f, 0, 0 };
-        const double rest = (1.0 - share) * gap - reach * (band + (1.0 - share) * gap);
-        const double all = share * std::min(bands, 64.0f) + std::max(0.0, rest);
-        const auto z = static_cast<float>(2.0 + all);
+        const double reached = reach * (band + (1.0 - share) * gap);
+        const double rest = std::max(0.0, (1.0 - share) * gap - reached);
+        // The layer's length behind its mean depth is 0.5, then what the light one adds.
+        const double first = 0.5 * (band + 0.5), second = 0.5 * (1.0 + 0.5 + reached);
+        const double leaked = share * std::min(gap / first, 64.0);
+        const double alone = 0.5 * (1.0 + 0.5); // the band of the last splat without it
+        const auto z = static_cast<float>(2.0 + alone * (leaked + rest / second));
         const Pixel p = Draw({ a, light, { end, end + 1.0f, 0.45f, 0.0f, 1.0f, 0, 0 } }, false);
         const Pixel same = Draw({ a, { z, z + 1.0f, 0.45f, 0.0f, 1.0f, 0, 0 } }, false);
-        // What it covers itself, and what is too light to leak on its own (GapOfLayer).
-        const double stays = std::exp(-share * std::min(bands, 64.0f));
+        // What it covers itself, as much again since it moves the layer's mean depth, and what is
+        // too light to leak on its own (GapOfLayer).
+        const double stays = std::exp(-leaked);
         const double dropped = 0.5 * stays < FullyLeakingWeight ? 0.225 * stays : 0.0;
-        CHECK_NEAR(p.Alpha, same.Alpha, weight + dropped + 2e-6);
+        CHECK_NEAR(p.Alpha, same.Alpha, 2.0 * weight + dropped + 2e-6);
       }
     }
   }
+}
+
+/// Where a layer ends, and its mean depth.
+struct End
+{
+  double Far, Mean;
+};
+
+/// Where a splat of length 1 begins that is as many bands behind a layer as one at `near` is behind
+/// another.
+float NearBehind(const End& layer, const End& other, double near, bool onLens)
+{
+  const auto band = [&](const End& e) {
+    return 0.5 * (1.0 + e.Far - e.Mean) + (onLens ? 0.3 * Blur : 0.0);
+  };
+  return static_cast<float>(layer.Far + (near - other.Far) * band(layer) / band(other));
 }
 
 /// Two halves of a splat take its layer nearly as far as the whole one: what begins behind them
@@ -176,9 +198,10 @@ TEST_CASE("Halves of a splat")
     const Wide behind{ 4.0f, 5.0f, 0.45f, 0.0f, 1.0f, 0, 0 };
     const Pixel two = Draw({ a, half, half, behind }, false);
     // The end moves by 1 - (1 - x / 2)^2 instead of x, x = w / WeightOfReach, of 2 world units.
-    const double x = weight / WeightOfReach,
-                 later = 2.0 * (x - (1.0 - (1.0 - 0.5 * x) * (1.0 - 0.5 * x)));
-    const auto z = static_cast<float>(4.0 + later);
+    const double x = weight / WeightOfReach, left = 1.0 - 0.5 * x;
+    const double mean = (0.5 * 1.5 + weight * 2.75) / (0.5 + weight);
+    const float z =
+      NearBehind({ 2.0 + 2.0 * x, mean }, { 2.0 + 2.0 * (1.0 - left * left), mean }, 4.0, false);
     const Pixel same = Draw({ a, whole, { z, z + 1.0f, 0.45f, 0.0f, 1.0f, 0, 0 } }, false);
     CHECK_NEAR(two.Alpha, same.Alpha, 1e-5);
   }
@@ -199,8 +222,10 @@ TEST_CASE("Tails in gaps")
         Wide tail = middle;
         tail.Kernel = 0.5f * KernelOfReach;
         const bool shorter = onLens && cover == CoverOfReach;
-        const double nearer = shorter ? 0.5 * weight / WeightOfReach * (4.0 - 2.0) : 0.0;
-        const auto z = static_cast<float>(4.0 - nearer);
+        const double reach = 2.0 * weight / WeightOfReach;
+        const double mean = (cover * 1.5 + weight * 2.75) / (cover + weight);
+        const float z = NearBehind(
+          { 2.0 + (shorter ? 0.5 : 1.0) * reach, mean }, { 2.0 + reach, mean }, 4.0, onLens);
         const Pixel one = Draw({ a, tail, { z, z + 1.0f, 0.45f, 0.0f, 1.0f, 0, 0 } }, onLens);
         const Pixel same = Draw({ a, middle, { 4.0f, 5.0f, 0.45f, 0.0f, 1.0f, 0, 0 } }, onLens);
         CHECK_NEAR(one.Alpha, same.Alpha, 2e-6);
@@ -467,7 +492,8 @@ TEST_CASE("Opaque and alone")
           {
             const Wide behind{ 1.5f + gap, 1.6f + gap, 0.1f, 0.0f, 1.0f, 0, 0 };
             const Pixel p = Draw({ a, behind }, onLens);
-            const double bands = gap / (0.1 + (onLens ? 0.5 * Blur : 0.0));
+            // The means of z-range and layer: 0.1, and 0.25 behind its mean depth.
+            const double bands = gap / (0.5 * (0.1 + 0.25) + (onLens ? 0.3 * Blur : 0.0));
             const double leaked = bands > 1.0 / 32.0 ? bands : 0.0; // nothing leaks over less
             CHECK(p.Red <= 0.75 + 1e-6);
             CHECK(p.Red >= 0.75 * (1.0 - std::exp(-4.0 * leaked) * 0.1 / (weight + 0.1)) - 1e-6);
