@@ -16,10 +16,11 @@ void SmoothMoments(double s, double (&m)[3])
 {
   const double e = std::min(1.0, 1.0 / s), u = std::min(1.0, s);
   double t[3]; // integrals of k t^j
-  for (int j = 0; j < 3; ++j)
+  double power = e;
+  for (int j = 0; j < 3; ++j, power *= e)
   {
-    const double step = std::pow(e, j + 1) * u * u * (3.0 / (j + 3) - 2.0 * u / (j + 4));
-    t[j] = step + (1.0 - std::pow(e, j + 1)) / (j + 1);
+    const double step = power * u * u * (3.0 / (j + 3) - 2.0 * u / (j + 4));
+    t[j] = step + (1.0 - power) / (j + 1);
   }
   m[0] = t[0];
   m[1] = t[0] - t[1];

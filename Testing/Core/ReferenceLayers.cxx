@@ -53,7 +53,8 @@ void ReferenceLayers::Prepare(const ReferenceFragment& f)
   {
     const double heavy = std::min(1.0, (this->Weight - 1.0 / 256.0) / (3.0 / 256.0));
     const double behind = heavy * (f.Near - this->Far);
-    const double left = std::pow(std::max(0.0, 1.0 - f.Weight / 0.002), 4.0);
+    const double root = std::max(0.0, 1.0 - f.Weight / 0.002);
+    const double left = root * root * root * root;
     const double z = 0.5 * (f.Near + f.Far);
     const double blur =
       this->Lens.Radius * std::abs(z - this->Lens.FocalDistance) / this->Lens.FocalDistance;
@@ -206,9 +207,9 @@ void ReferenceLayers::Leak(double keep)
   while (h - low > 1e-15) // by bisection
   {
     const double middle = 0.5 * (low + h);
-    (std::pow(middle, 3.0) * (middle - stays) < left ? low : h) = middle;
+    (middle * middle * middle * (middle - stays) < left ? low : h) = middle;
   }
-  const double rest = left > 0.0 || stays > 0.0 ? std::pow(h, 4.0) : 0.0;
+  const double rest = left > 0.0 || stays > 0.0 ? h * h * h * h : 0.0;
   const double after = rest * this->Through;
   const double weight = rest > 0.0 ? std::min(1.0, keep / h) : 0.0;
   const double filled = this->Weight / this->LargestCover();

@@ -5,6 +5,7 @@
  * fails stops all of them, and none waits for it.
  */
 #include "Core/Base/MemoryGuard.h"
+#include "Core/Base/Tiles.h"
 #include "TestScene.h"
 #include "Testing/Shared/Check.h"
 #include "ThreadRanks.h"
@@ -156,18 +157,21 @@ struct Failures
   int Calls = 0; ///< of the executor of that rank
 };
 
-/// A picture through cells of the lens, in part, and with coarse grids.
+/// A small picture, of a row of tiles for each rank, through cells of the lens, in part, and with
+/// coarse grids.
 template <typename Problem>
 Failures CountFailures(const Problem& problem, int failing)
 {
+  constexpr int size = 3 * TileSize;
   const TestCloud cloud = MakeCloud(1, 500);
   SplatContext context = MakeContext(30.0);
+  context.Camera = PinholeView(size, size, 200.0);
   context.Sampling.Count = 7;
   std::atomic<int> failed{ 0 }, calls{ 0 };
   ThreadRanks::Run(3, [&](Ranks& group) {
     SplatExchange exchange(group);
     Splatter splatter;
-    Picture picture(Width, Height);
+    Picture picture(size, size);
     const FailingExecutor<Problem> executor(problem, group.Rank() == 1 ? failing : -1);
     try
     {

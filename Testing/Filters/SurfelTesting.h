@@ -186,8 +186,45 @@ public:
     return true;
   }
 
-  /// a_i G(x; p_i, S_i) in the surfel's plane, by the adjugate of S in any tangent frame.
-  double Kernel(vtkIdType i, const Vec& x) const
+  /// a_i G(x; p_i, S_i) in the surfel's plane.
+  double Kernel(vtkIdType i, const Vec& x) const { return this->PlaneKernels()[i].At(x); }
+
+  /// Sum of all kernels whose plane is near x and whose normal is within 90 degrees of `normal`
+  /// (or of its opposite).
+  double Sum(const Vec& x, const Vec& normal) const
+  {
+    double sum = 0.0;
+    for (const PlaneKernel& kernel : this->PlaneKernels())
+    {
+      const Vec d = Minus(x, kernel.Position);
+      const double height = Dot(d, kernel.Normal);
+      if (Dot(d, d) < 40.0 * kernel.Variance && height * height < 2.0 * kernel.Variance &&
+        std::abs(Dot(kernel.Normal, normal)) > 0.1)
+      {
+        sum += kernel.At(x);
+      }
+    }
+    return sum;
+  }
+
+private:
+  /// A kernel in any frame u, v of its plane, by the adjugate of S there.
+  struct PlaneKernel
+  {
+    Vec Position, Normal, U, V;
+    double UU, UV, VV; // of the inverse of S
+    double Peak, Variance;
+
+    double At(const Vec& x) const
+    {
+      const Vec d = Minus(x, this->Position);
+      const double a = Dot(d, this->U), b = Dot(d, this->V);
+      const double q = this->UU * a * a + 2.0 * this->UV * a * b + this->VV * b * b;
+      return q > 100.0 ? 0.0 : this->Peak * std::exp(-0.5 * q); // 1e-22 of the peak
+    }
+  };
+
+  PlaneKernel MakeKernel(vtkIdType i) const
   {
     const Vec n = this->Normal(i);
     const int k = std::abs(n[0]) < 0.6 ? 0 : 1;
@@ -211,34 +248,21 @@ public:
     };
     const double uu = Dot(u, apply(u)), uv = Dot(u, apply(v)), vv = Dot(v, apply(v));
     const double determinant = uu * vv - uv * uv;
-    const Vec d = Minus(x, this->Position(i));
-    const double a = Dot(d, u), b = Dot(d, v);
-    const double q = (vv * a * a - 2.0 * uv * a * b + uu * b * b) / determinant;
-    return this->Area(i) * std::exp(-0.5 * q) / (2.0 * Pi * std::sqrt(determinant));
+    return { this->Position(i), n, u, v, vv / determinant, -uv / determinant, uu / determinant,
+      this->Area(i) / (2.0 * Pi * std::sqrt(determinant)), s[0] + s[1] + s[2] };
   }
 
-  /// Sum of all kernels whose plane is near x and whose normal is within 90 degrees of `normal`
-  /// (or of its opposite).
-  double Sum(const Vec& x, const Vec& normal) const
+  /// Made once: sums ask for each of them thousands of times.
+  const std::vector<PlaneKernel>& PlaneKernels() const
   {
-    double sum = 0.0;
-    for (vtkIdType i = 0; i < this->Count(); ++i)
+    while (static_cast<vtkIdType>(this->Kernels.size()) < this->Count())
     {
-      const auto s = this->Covariance(i);
-      const double variance = s[0] + s[1] + s[2];
-      const Vec d = Minus(x, this->Position(i));
-      const Vec n = this->Normal(i);
-      const double height = Dot(d, n);
-      if (Dot(d, d) < 40.0 * variance && height * height < 2.0 * variance &&
-        std::abs(Dot(n, normal)) > 0.1)
-      {
-        sum += this->Kernel(i, x);
-      }
+      this->Kernels.push_back(this->MakeKernel(static_cast<vtkIdType>(this->Kernels.size())));
     }
-    return sum;
+    return this->Kernels;
   }
 
-private:
+  mutable std::vector<PlaneKernel> Kernels;
   vtkPolyData* Data;
   vtkDataArray* AreaVectors;
   vtkDataArray* Covariances;
