@@ -76,9 +76,9 @@ def over_black(pixels):
 
 class TestShadedVolumes(unittest.TestCase):
     def test_focus(self):
-        """Measured: layers 35.5 dB, with highlights and a light from the side 31.9; bone 40.5 and 37.5.
+        """Measured: layers 36.1 dB, with highlights and a light from the side 32.4; bone 40.7 and 37.7.
         Without shading they have 40.7 and 44.4 dB."""
-        for scene, limits in ((layers, (34.5, 30.9)), (bone, (39.5, 36.5))):
+        for scene, limits in ((layers, (35.1, 31.4)), (bone, (39.7, 36.7))):
             image, prop, camera, data = splatted(scene)
             for specular, kind, limit in zip((0, 0.4), ("head", "side"), limits):
                 prop.SetSpecular(specular)
@@ -115,8 +115,8 @@ class TestShadedVolumes(unittest.TestCase):
                 self.assertGreater(psnr(over_black(found), over_black(expected)), 32.8)
 
     def test_lens(self):
-        """Over black against 64 pinholes, blurred by 36 px, a light from the side. Measured with a
-        hierarchy: layers 45.8 dB, bone 43.6; without: 46.3, 46.7."""
+        """Over black against 32 pinholes, blurred by 36 px, a light from the side. Measured with a
+        hierarchy: layers 45.4 dB, bone 42.7; without: 46.1, 44.9. 64 pinholes make at most 0.2 of it."""
         for scene, limit in ((layers, 44.4), (bone, 42.5)):
             _, prop, camera, data = splatted(scene)
             prop.SetSpecular(0.4)
@@ -128,7 +128,7 @@ class TestShadedVolumes(unittest.TestCase):
                     detail = renderer is nodes
                     return over_black(picture(renderer, camera, SIZE // 2, *lens, detail=detail))
 
-                expected = draw(leaves, 36, 64)
+                expected = draw(leaves, 36, 32)
                 self.assertGreater(psnr(draw(nodes, 36), expected), limit)
                 self.assertGreater(psnr(draw(leaves, 36), expected), limit)
                 # In focus hardly any nodes are drawn.
@@ -136,13 +136,13 @@ class TestShadedVolumes(unittest.TestCase):
 
     def test_without_normals(self):
         """Clouds without the array, and unlit ones, do not depend on lights and material."""
-        image, prop, camera, data = splatted(layers)
-        prop.SetSpecular(0.4)
+        _, prop, camera = layers(0.4)
+        image = wavelet(12)
+        data = splat(image, prop)
         unlit, actor = show(data, [make_light("side")])
         actor.GetProperty().LightingOff()
         expected = picture(unlit, camera, 128, 12)
         prop.ShadeOff()
-        self.addCleanup(prop.ShadeOn)
         plain = splat(image, prop)
         self.assertFalse(plain.GetPointData().HasArray("GaussianNormal"))
         found = picture(shaded(plain, prop, make_light("side")), camera, 128, 12)
