@@ -560,7 +560,7 @@ TEST_CASE("Seven cells of a dense sheet")
   }
   for (const bool grids : { true, false })
   {
-    SplatContext context = ContextOf(60.0);
+    SplatContext context = ContextOf(40.0);
     context.CoarseGrids = grids;
     const Picture one = RenderPicture(context, sheet);
     context.Sampling.Count = 7;
