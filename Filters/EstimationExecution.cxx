@@ -70,7 +70,7 @@ bool EstimationExecution::Fit(vtkPointSet* input, const StageProgress& progress)
   {
     return false;
   }
-  BoundIsolated(settings.IsolationFactor, this->Cloud(), this->Searched.Graph, this->Fits);
+  BoundIsolated(settings.IsolationFactor, this->Searched, this->Fits);
   ReturnFreeMemory(); // most of all is needed for the votes of the orientation
   return true;
 }

@@ -30,6 +30,7 @@ set(sources
   Cleaning/ScanSplit.cxx
   Cleaning/Smoothing.cxx
   Cleaning/StrayPoints.cxx
+  Cleaning/SurfaceDensity.cxx
   Estimation/CloudPlanes.cxx
   Estimation/ColorInterpolation.cxx
   Estimation/GivenNormals.cxx

@@ -73,4 +73,11 @@ inline bool FillsSpaceAround(const Eigen::Vector3d& variances)
 {
   return variances[0] > FillsSpace * variances[2];
 }
+
+/// Whether the point itself is outside of its neighbours: farther from their mean than they are in
+/// RMS.
+inline bool IsBeside(const PointSpread& spread)
+{
+  return spread.Mean.squaredNorm() > spread.Variances.sum();
+}
 }

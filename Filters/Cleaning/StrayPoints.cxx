@@ -4,17 +4,16 @@
 #include "Filters/Cleaning/CleaningProblem.h"
 #include "Filters/Cleaning/HangingPoints.h"
 #include "Filters/Cleaning/PointSpread.h"
+#include "Filters/Cleaning/SurfaceDensity.h"
 #include "Filters/Common/Median.h"
 #include "Filters/Common/ParallelFor.h"
-#include "Filters/Common/VectorMath.h"
 #include "Filters/Neighbors/NeighborSearch.h"
+#include "Filters/Neighbors/SparseSurface.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <cstddef>
 #include <iterator>
-#include <memory>
 
 namespace SurfelGeometry
 {
@@ -26,12 +25,7 @@ namespace
 /// depth of 40 s, 16 neighbours are in a ball of radius (3 * 16 / (4 pi) * 40)^(1/3) s instead of a
 /// disc of (16 / pi)^(1/2) s, which is 2.4 times smaller.
 constexpr double SparseFactor = 6.0;
-constexpr double FoliageFactor = 2.4;
-
-/// Points are near each other, and far from the others, if the distance of a neighbour is this many
-/// times that of the one before; of at least this many.
-constexpr double ApartFactor = 1.7;
-constexpr size_t LeastApart = 3;
+constexpr double FoliageFactor = DenserFactor;
 
 /// A point is stray if its mean distance is this many times the median of its neighbours'. At ends
 /// of wires and at corners it is up to 2, with the scatter of random samples up to 2.8.
@@ -68,17 +62,6 @@ constexpr int OthersOffPlane = 2;
 /// 0.5 of random points.
 constexpr int AsideNeighbors = 2;
 constexpr double AsideShare = 0.4;
-
-/// About this many points tell what is usual in the cloud. Those of them whose neighbours are in a
-/// plane, as are most neighbours' own, tell how dense surfaces are about a place.
-constexpr int SurfaceSamples = 1 << 15;
-constexpr int SurfaceNeighbors = 9;
-
-/// Whether point 0 is outside of its neighbours: farther from their mean than they are in RMS.
-bool IsBeside(const PointSpread& spread)
-{
-  return spread.Mean.squaredNorm() > spread.Variances.sum();
-}
 
 /// Whether point 0 is beside the plane of its neighbours rather than farther along.
 bool LeavesPlane(const PointSpread& spread)
@@ -155,149 +138,6 @@ struct MeanDistances
   }
 };
 
-/// Whether a point and some of its neighbours are near each other, and far from the others: these
-/// make their set look flat, whatever it is. On surfaces the distances of neighbours grow as the
-/// root of their rank, on wires in proportion to it.
-/// @param neighbors the nearest first
-bool AreApart(const Neighbors& neighbors)
-{
-  const auto& squared = neighbors.SquaredDistances;
-  for (size_t k = LeastApart; k < squared.size(); ++k)
-  {
-    if (squared[k] > ApartFactor * ApartFactor * squared[k - 1])
-    {
-      return true;
-    }
-  }
-  return false;
-}
-
-bool IsFlat(const SearchedCloud& searched, int i, Neighbors& neighbors, NearCloud& near)
-{
-  searched.Find(i, StrayNeighbors, neighbors);
-  LoadNear(searched.Cloud, i, neighbors, near);
-  return !AreApart(neighbors) && !FillsSpaceAround(VariancesOf(near));
-}
-
-/// Which points are in flat sets. Of a small cloud, many are asked for again and again.
-class FlatPoints
-{
-public:
-  explicit FlatPoints(const SearchedCloud& searched)
-    : Searched(searched)
-    , Known(static_cast<size_t>(searched.Cloud.Size()))
-  {
-  }
-
-  /// Chance makes single sets of stray points flat, but not those of most neighbours too. The set
-  /// of one that is beside a surface is flat as well.
-  bool IsOnSurface(int i)
-  {
-    if (!this->IsFlat(i))
-    {
-      return false;
-    }
-    Neighbors neighbors;
-    this->Searched.Find(i, StrayNeighbors, neighbors);
-    const std::vector<int>& ids = neighbors.Ids;
-    const auto flat =
-      std::count_if(ids.begin(), ids.end(), [this](int j) { return this->IsFlat(j); });
-    NearCloud near;
-    LoadNear(this->Searched.Cloud, i, neighbors, near);
-    return 2 * flat > static_cast<std::ptrdiff_t>(ids.size()) && !IsBeside(SpreadOf(near));
-  }
-
-private:
-  enum Answer : unsigned char
-  {
-    Unknown,
-    Flat,
-    Thick
-  };
-
-  /// Threads that ask at the same time find the same.
-  bool IsFlat(int i)
-  {
-    std::atomic<unsigned char>& known = this->Known[static_cast<size_t>(i)];
-    if (known.load(std::memory_order_relaxed) == Unknown)
-    {
-      Neighbors neighbors;
-      NearCloud near;
-      const bool isFlat = SurfelGeometry::IsFlat(this->Searched, i, neighbors, near);
-      known.store(isFlat ? Flat : Thick, std::memory_order_relaxed);
-    }
-    return known.load(std::memory_order_relaxed) == Flat;
-  }
-
-  const SearchedCloud& Searched;
-  std::vector<std::atomic<unsigned char>> Known; // [n] Answer
-};
-
-/// How dense the surfaces of the cloud are, place by place.
-class SurfaceDensity
-{
-public:
-  /// Collective. Returns false if stopped.
-  /// @param counts whether a point on a surface counts
-  template <typename Counts>
-  bool Find(const CleaningProblem& problem, const std::vector<float>& distances, bool running,
-    const Counts& counts)
-  {
-    const std::vector<int> samples = problem.Samples(ShareOf(SurfaceSamples, problem));
-    std::vector<char> areOnSurface(samples.size());
-    FlatPoints flat(problem.Searched);
-    ParallelFor(0, static_cast<vtkIdType>(samples.size()), [&](vtkIdType k, vtkIdType end) {
-      for (; k < end; ++k)
-      {
-        areOnSurface[k] = flat.IsOnSurface(samples[k]) && counts(samples[k]) ? 1 : 0;
-      }
-    });
-    std::vector<float> values;
-    for (size_t k = 0; k < samples.size(); ++k)
-    {
-      if (areOnSurface[k])
-      {
-        problem.PutPosition(samples[k], values);
-        values.push_back(distances[samples[k]]);
-      }
-    }
-    if (!problem.Gather(running, values))
-    {
-      return false;
-    }
-    for (size_t at = 0; at < values.size(); at += 4)
-    {
-      this->Positions.insert(this->Positions.end(), &values[at], &values[at] + 3);
-      this->Distances.push_back(values[at + 3]);
-    }
-    this->Tree = std::make_unique<NeighborSearch>(
-      this->Positions.data(), static_cast<int>(this->Distances.size()));
-    return true;
-  }
-
-  /// The mean distance that is usual on the surfaces about a place; 0 where there are none.
-  double UsualDistance(const Float3& place) const
-  {
-    pcl::Indices ids;
-    std::vector<float> values;
-    this->Tree->nearestKSearch(
-      pcl::PointXYZ(place.X, place.Y, place.Z), SurfaceNeighbors, ids, values);
-    std::transform(
-      ids.begin(), ids.end(), values.begin(), [this](int k) { return this->Distances[k]; });
-    return Median(values);
-  }
-
-  static double ShareOf(int samples, const CleaningProblem& problem)
-  {
-    return static_cast<double>(samples) / static_cast<double>(problem.Total());
-  }
-
-private:
-  std::vector<float> Positions; // [3m]
-  std::vector<float> Distances; // [m] mean distance to the neighbours, world units
-  std::unique_ptr<NeighborSearch> Tree;
-};
-
 /// What is found of a point that is beside its neighbours.
 enum Verdict : unsigned char
 {
@@ -341,8 +181,7 @@ public:
   bool FindSparse(bool running, vtkDataArray* toScanner, std::vector<unsigned char>& stray)
   {
     std::vector<float> distances;
-    for (const int i :
-      this->Problem.Samples(SurfaceDensity::ShareOf(SurfaceSamples, this->Problem)))
+    for (const int i : SurfaceDensity::Samples(this->Problem))
     {
       distances.push_back(this->Distances[i]);
     }
@@ -363,9 +202,10 @@ public:
     {
       return true;
     }
+    FlatPoints flat(this->Searched);
     SurfaceDensity surfaces;
     const auto counts = [&](int i) { return !this->IsInCurtain(i, toScanner); };
-    if (!surfaces.Find(this->Problem, this->Distances, running, counts))
+    if (!surfaces.Find(this->Problem, this->Distances, running, flat, counts))
     {
       return false;
     }
@@ -377,10 +217,10 @@ public:
         const int i = suspects[k];
         const double usual = surfaces.UsualDistance(this->Problem.SharedPosition(i));
         const bool isSparse = this->Distances[i] > FoliageFactor * usual;
-        stray[i] = isSparse &&
-            (!IsFlat(this->Searched, i, neighbors, near) || this->IsInCurtain(i, toScanner))
-          ? 1
-          : 0;
+        const bool isInSpace = isSparse && !IsFlat(this->Searched, i, neighbors, near) &&
+          !IsOnSparseSurface(i, *this->Searched.Tree, this->Distances, neighbors,
+            [&flat](int j) { return flat.IsOnSurface(j); });
+        stray[i] = isInSpace || (isSparse && this->IsInCurtain(i, toScanner)) ? 1 : 0;
       }
     });
     return true;

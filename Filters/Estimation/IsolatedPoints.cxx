@@ -4,7 +4,9 @@
 #include "Filters/Common/Median.h"
 #include "Filters/Common/ParallelFor.h"
 #include "Filters/Common/ParallelMedian.h"
-#include "Filters/Neighbors/LocalCloud.h"
+#include "Filters/Estimation/ScanLines.h"
+#include "Filters/Neighbors/NeighborGraph.h"
+#include "Filters/Neighbors/SparseSurface.h"
 
 #include <algorithm>
 #include <cmath>
@@ -29,14 +31,14 @@ constexpr double NoPlane = 0.09, SparseFactors = 2.0;
 /// outliers, whose reaches are all large), or they are alone beside a surface: their nearest
 /// neighbour is factor / 2 times as far as their neighbours reach, off the planes of most. They get
 /// the median spacing of their neighbours, or of the cloud. Sparse points on no plane are bounded,
-/// too.
+/// too. Where a surface goes on that is as sparse, the cloud's own spacing says nothing.
 class IsolationTest
 {
 public:
-  IsolationTest(
-    const LocalCloud& cloud, const NeighborGraph& graph, const PlaneFits& fits, double factor)
-    : Cloud(cloud)
-    , Graph(graph)
+  IsolationTest(const SearchedCloud& searched, const PlaneFits& fits, double factor)
+    : Cloud(searched.Cloud)
+    , Tree(*searched.Tree)
+    , Graph(searched.Graph)
     , Fits(fits)
     , Factor(factor)
   {
@@ -53,16 +55,19 @@ public:
   }
 
   /// The spacing that an isolated point gets; negative if the point is not isolated.
-  float Spacing(int i, std::vector<float>& scratch) const
+  float Spacing(int i, Neighbors& neighbors, std::vector<float>& scratch) const
   {
     const PlaneFit& fit = this->Fits[i];
-    if (fit.Reach > this->Factor * this->Factor * this->MedianReach)
+    const bool isVerySparse = fit.Reach > this->Factor * this->Factor * this->MedianReach;
+    const bool isSparse =
+      (isVerySparse || this->IsSparse(fit)) && !this->IsOnSurface(i, neighbors);
+    if (isSparse && isVerySparse)
     {
       return std::min(fit.Spacing, this->MedianSpacing);
     }
     if (!this->IsFar(i, scratch) && !this->IsAlone(i, scratch))
     {
-      return this->IsSparse(fit) ? std::min(fit.Spacing, this->LargestOfSparse()) : -1.0f;
+      return isSparse ? std::min(fit.Spacing, this->LargestOfSparse()) : -1.0f;
     }
     this->Collect(i, scratch, [this](int j) { return this->Fits[j].Spacing; });
     return std::min(fit.Spacing, Median(scratch));
@@ -73,6 +78,15 @@ private:
   {
     return fit.Reach > SparseFactors * this->Factor * this->MedianReach && fit.Flatness > NoPlane &&
       !fit.Given;
+  }
+
+  /// Lines are in no plane, whatever it is that they are on.
+  bool IsOnSurface(int i, Neighbors& neighbors) const
+  {
+    return IsOnSparseSurface(i, this->Tree, this->Reaches, neighbors, [this](int j) {
+      const PlaneFit& fit = this->Fits[j];
+      return fit.Flatness < NoPlane && SpreadOf(fit.VarianceV, fit.VarianceU) == Spread::Round;
+    });
   }
 
   float LargestOfSparse() const { return static_cast<float>(this->Factor) * this->MedianSpacing; }
@@ -157,6 +171,7 @@ private:
   }
 
   const LocalCloud& Cloud;
+  const NeighborSearch& Tree;
   const NeighborGraph& Graph;
   const PlaneFits& Fits;
   double Factor;
@@ -166,17 +181,17 @@ private:
 };
 }
 
-void BoundIsolated(
-  double factor, const LocalCloud& cloud, const NeighborGraph& graph, PlaneFits& fits)
+void BoundIsolated(double factor, const SearchedCloud& searched, PlaneFits& fits)
 {
   const int count = static_cast<int>(fits.size());
-  const IsolationTest test(cloud, graph, fits, factor);
+  const IsolationTest test(searched, fits, factor);
   RawVector<float> spacings(count); // first all tests, then all changes
   ParallelFor(0, count, [&](vtkIdType begin, vtkIdType end) {
+    Neighbors neighbors;
     std::vector<float> scratch;
     for (vtkIdType i = begin; i < end; ++i)
     {
-      spacings[i] = test.Spacing(static_cast<int>(i), scratch);
+      spacings[i] = test.Spacing(static_cast<int>(i), neighbors, scratch);
     }
   });
   ParallelFor(0, count, [&](vtkIdType i, vtkIdType end) {

@@ -8,8 +8,9 @@
 
 namespace SurfelGeometry
 {
+struct SearchedCloud;
+
 /// Makes points round and as small as their neighbours that are alone, by FitSettings'
-/// IsolationFactor, and sparse ones on no plane smaller.
-void BoundIsolated(
-  double factor, const LocalCloud& cloud, const NeighborGraph& graph, PlaneFits& fits);
+/// IsolationFactor, and sparse ones on no surface smaller.
+void BoundIsolated(double factor, const SearchedCloud& searched, PlaneFits& fits);
 }

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Stray points beside wires and far off are removed; sparse patches and far foliage stay.
+// Stray points beside wires and far off are removed; sparse patches, far folds and foliage stay.
 #include "CleaningTesting.h"
 
 #include "vtkPointCloudCleaning.h"
 
 #include <cmath>
+#include <tuple>
 
 using namespace SurfelTesting;
 
@@ -136,4 +137,43 @@ TEST_CASE("Far foliage")
   cleaning->Update();
   // Chance leaves some at the border of the foliage alone.
   CHECK(cleaning->GetNumberOfStrayPoints() <= 0.02 * ground.Points.size());
+}
+
+/// The same scan of a far box: where its faces meet, its points are in no plane, and ten times as
+/// sparse as most. Stray points in the air about it are as sparse, and go.
+TEST_CASE("Far folds")
+{
+  std::vector<Vec> points =
+    MakeRectangle({ 0, 0, 0 }, { 1, 0, 0 }, 2, { 0, 1, 0 }, 4, 0.01, 0.4, Random(3)).Points;
+  constexpr double side = 1.5, spacing = 0.1;
+  const Vec corner = { 5, 0, 0 }, x = { 1, 0, 0 }, y = { 0, 1, 0 }, z = { 0, 0, 1 };
+  for (const auto& [from, u, v] : { std::tuple(corner, x, y), std::tuple(corner, x, z),
+         std::tuple(corner, y, z), std::tuple(Vec{ 5, 0, side }, x, y) })
+  {
+    const Sampled face = MakeRectangle(from, u, side, v, side, spacing, 0.4, Random(4));
+    points.insert(points.end(), face.Points.begin(), face.Points.end());
+  }
+  const size_t good = points.size();
+  Random random(8);
+  for (int i = 0; i < 100; ++i)
+  {
+    const double a = random(), b = random(), c = random();
+    points.push_back({ 4 + 4 * a, -2 + 6 * b, 2.2 + 4 * c });
+  }
+  vtkNew<vtkPointCloudCleaning> cleaning;
+  const Messages quiet(cleaning);
+  const auto data = ToPolyData(points);
+  AddIds(data);
+  cleaning->GenerateStrayPointsOn();
+  cleaning->SetInputData(data);
+  cleaning->Update();
+  vtkDataArray* stray = cleaning->GetOutput(1)->GetPointData()->GetArray("Id");
+  REQUIRE(stray);
+  vtkIdType ofBox = 0;
+  for (vtkIdType i = 0; i < stray->GetNumberOfTuples(); ++i)
+  {
+    ofBox += stray->GetComponent(i, 0) < good ? 1 : 0;
+  }
+  CHECK(ofBox == 0);
+  CHECK(stray->GetNumberOfTuples() - ofBox > 95);
 }

@@ -238,6 +238,26 @@ TEST_CASE("Sparse without a plane")
   CHECK(flat.Estimation->GetNumberOfIsolatedPoints() == 0);
 }
 
+/// Far walls that meet are as large at their fold as elsewhere; so are those that are sparser than
+/// IsolationFactor squared.
+TEST_CASE("Sparse folds")
+{
+  for (const double spacing : { 0.5, 1.5 })
+  {
+    std::vector<Vec> points = MakeSphere(1.0, 20000, Random(2)).Points;
+    const double side = 20.0 * spacing;
+    const Sampled wall =
+      MakeRectangle({ 10, 0, 0 }, { 0, 1, 0 }, side, { 0, 0, 1 }, side, spacing, 0.4, Random(3));
+    const Sampled floor =
+      MakeRectangle({ 10, 0, 0 }, { 0, 1, 0 }, side, { 1, 0, 0 }, side, spacing, 0.4, Random(4));
+    points.insert(points.end(), wall.Points.begin(), wall.Points.end());
+    points.insert(points.end(), floor.Points.begin(), floor.Points.end());
+    Run run(points);
+    CAPTURE(spacing);
+    CHECK(run.Estimation->GetNumberOfIsolatedPoints() == 0);
+  }
+}
+
 /// A few far returns beside each other, in a plane: they are as large as the space between them,
 /// not as that to the nearest surface.
 TEST_CASE("Few far returns")
