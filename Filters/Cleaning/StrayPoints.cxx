@@ -25,7 +25,7 @@ namespace
 /// depth of 40 s, 16 neighbours are in a ball of radius (3 * 16 / (4 pi) * 40)^(1/3) s instead of a
 /// disc of (16 / pi)^(1/2) s, which is 2.4 times smaller.
 constexpr double SparseFactor = 6.0;
-constexpr double FoliageFactor = DenserFactor;
+constexpr double FoliageFactor = 2.4;
 
 /// A point is stray if its mean distance is this many times the median of its neighbours'. At ends
 /// of wires and at corners it is up to 2, with the scatter of random samples up to 2.8.

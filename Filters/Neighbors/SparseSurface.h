@@ -10,11 +10,13 @@
 namespace SurfelGeometry
 {
 /// A surface goes on about a point if among so many neighbours so many are on surfaces, and not
-/// nearer to their own neighbours by more than this factor. (Of stray points in a volume 5 % have
-/// more than two, of those at folds of sparse surfaces 5 % have less than seven.)
+/// nearer to their own neighbours by more than this factor. (Of stray points 5 % have more than two
+/// such neighbours, and beside plants some have eight up to a factor of 2; of points at folds of
+/// sparse surfaces 10 % have fewer than eight, with others as sparse as they are, up to a factor of
+/// 1.3.)
 constexpr int SparseNeighbors = 64;
 constexpr int LeastOnSparse = 8;
-constexpr float DenserFactor = 2.4f;
+constexpr float DenserFactor = 1.6f;
 
 /// @param distances [n] of each point to its neighbours
 /// @param isOnSurface tells whether a point is in a plane with its neighbours

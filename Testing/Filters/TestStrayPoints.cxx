@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Stray points beside wires and far off are removed; sparse patches, far folds and foliage stay.
+// Stray points beside wires and far off are removed; sparse patches and folds and far foliage stay.
 #include "CleaningTesting.h"
 
 #include "vtkPointCloudCleaning.h"
@@ -139,26 +139,31 @@ TEST_CASE("Far foliage")
   CHECK(cleaning->GetNumberOfStrayPoints() <= 0.02 * ground.Points.size());
 }
 
-/// The same scan of a far box: where its faces meet, its points are in no plane, and ten times as
-/// sparse as most. Stray points in the air about it are as sparse, and go.
-TEST_CASE("Far folds")
+/// A box whose one end was scanned from near, and the other from far, beside much dense ground: where
+/// its faces meet, points of the far end are in no plane, and much sparser than what is usual about
+/// them. Stray points over it are as sparse, and go.
+TEST_CASE("Folds of a sparse end")
 {
   std::vector<Vec> points =
-    MakeRectangle({ 0, 0, 0 }, { 1, 0, 0 }, 2, { 0, 1, 0 }, 4, 0.01, 0.4, Random(3)).Points;
-  constexpr double side = 1.5, spacing = 0.1;
-  const Vec corner = { 5, 0, 0 }, x = { 1, 0, 0 }, y = { 0, 1, 0 }, z = { 0, 0, 1 };
-  for (const auto& [from, u, v] : { std::tuple(corner, x, y), std::tuple(corner, x, z),
-         std::tuple(corner, y, z), std::tuple(Vec{ 5, 0, side }, x, y) })
+    MakeRectangle({ 0, 0, 0 }, { 1, 0, 0 }, 4, { 0, 1, 0 }, 5, 0.01, 0.4, Random(3)).Points;
+  constexpr double width = 0.4, height = 0.3, dense = 0.01, sparse = 0.07, begin = 5.0;
+  const Vec x = { 1, 0, 0 }, y = { 0, 1, 0 }, z = { 0, 0, 1 };
+  for (const auto& [at, spacing] : { std::pair(begin - 1.0, dense), std::pair(begin, sparse) })
   {
-    const Sampled face = MakeRectangle(from, u, side, v, side, spacing, 0.4, Random(4));
-    points.insert(points.end(), face.Points.begin(), face.Points.end());
+    for (const auto& [from, u, side] :
+      { std::tuple(Vec{ at, 0, 0 }, y, width), std::tuple(Vec{ at, 0, 0 }, z, height),
+        std::tuple(Vec{ at, width, 0 }, z, height) })
+    {
+      const Sampled face = MakeRectangle(from, x, 1, u, side, spacing, 0.4, Random(4));
+      points.insert(points.end(), face.Points.begin(), face.Points.end());
+    }
   }
   const size_t good = points.size();
   Random random(8);
-  for (int i = 0; i < 100; ++i)
+  for (int i = 0; i < 300; ++i)
   {
     const double a = random(), b = random(), c = random();
-    points.push_back({ 4 + 4 * a, -2 + 6 * b, 2.2 + 4 * c });
+    points.push_back({ 4 + 2 * a, -1 + 2 * b, 0.8 + c });
   }
   vtkNew<vtkPointCloudCleaning> cleaning;
   const Messages quiet(cleaning);
@@ -169,11 +174,12 @@ TEST_CASE("Far folds")
   cleaning->Update();
   vtkDataArray* stray = cleaning->GetOutput(1)->GetPointData()->GetArray("Id");
   REQUIRE(stray);
-  vtkIdType ofBox = 0;
+  int ofBox = 0;
   for (vtkIdType i = 0; i < stray->GetNumberOfTuples(); ++i)
   {
-    ofBox += stray->GetComponent(i, 0) < good ? 1 : 0;
+    ofBox += stray->GetComponent(i, 0) < static_cast<double>(good) ? 1 : 0;
   }
-  CHECK(ofBox == 0);
-  CHECK(stray->GetNumberOfTuples() - ofBox > 95);
+  CAPTURE(ofBox);
+  CHECK(ofBox <= 12); // those beside the dense end are three times as far from others as these
+  CHECK(stray->GetNumberOfTuples() - ofBox > 285);
 }
