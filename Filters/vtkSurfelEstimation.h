@@ -257,7 +257,8 @@ public:
    * half of IsolationFactor times the median of their distances. It gets the median spacing of its
    * neighbours, and is two-sided in CONSISTENT. So is a point whose neighbours lie in no plane, at
    * 2 IsolationFactor times the usual distance; it gets at most IsolationFactor times the usual
-   * spacing. Default 6, range 2 to 1000.
+   * spacing. What is usual in the cloud does not count where a surface goes on that is as sparse.
+   * Default 6, range 2 to 1000.
    */
   vtkSetClampMacro(IsolationFactor, double, 2.0, 1000.0);
   vtkGetMacro(IsolationFactor, double);
