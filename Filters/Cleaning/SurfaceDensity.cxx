@@ -64,7 +64,8 @@ bool FlatPoints::IsOnSurface(int i)
   Neighbors neighbors;
   this->Searched.Find(i, StrayNeighbors, neighbors);
   const std::vector<int>& ids = neighbors.Ids;
-  const auto flat = std::count_if(ids.begin(), ids.end(), [this](int j) { return this->IsFlat(j); });
+  const auto flat =
+    std::count_if(ids.begin(), ids.end(), [this](int j) { return this->IsFlat(j); });
   NearCloud near;
   LoadNear(this->Searched.Cloud, i, neighbors, near);
   return 2 * flat > static_cast<std::ptrdiff_t>(ids.size()) && !IsBeside(SpreadOf(near));

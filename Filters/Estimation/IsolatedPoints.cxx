@@ -59,8 +59,7 @@ public:
   {
     const PlaneFit& fit = this->Fits[i];
     const bool isVerySparse = fit.Reach > this->Factor * this->Factor * this->MedianReach;
-    const bool isSparse =
-      (isVerySparse || this->IsSparse(fit)) && !this->IsOnSurface(i, neighbors);
+    const bool isSparse = (isVerySparse || this->IsSparse(fit)) && !this->IsOnSurface(i, neighbors);
     if (isSparse && isVerySparse)
     {
       return std::min(fit.Spacing, this->MedianSpacing);

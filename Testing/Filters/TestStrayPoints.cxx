@@ -139,9 +139,9 @@ TEST_CASE("Far foliage")
   CHECK(cleaning->GetNumberOfStrayPoints() <= 0.02 * ground.Points.size());
 }
 
-/// A box whose one end was scanned from near, and the other from far, beside much dense ground: where
-/// its faces meet, points of the far end are in no plane, and much sparser than what is usual about
-/// them. Stray points over it are as sparse, and go.
+/// A box whose one end was scanned from near, and the other from far, beside much dense ground:
+/// where its faces meet, points of the far end are in no plane, and much sparser than what is usual
+/// about them. Stray points over it are as sparse, and go.
 TEST_CASE("Folds of a sparse end")
 {
   std::vector<Vec> points =
@@ -150,9 +150,8 @@ TEST_CASE("Folds of a sparse end")
   const Vec x = { 1, 0, 0 }, y = { 0, 1, 0 }, z = { 0, 0, 1 };
   for (const auto& [at, spacing] : { std::pair(begin - 1.0, dense), std::pair(begin, sparse) })
   {
-    for (const auto& [from, u, side] :
-      { std::tuple(Vec{ at, 0, 0 }, y, width), std::tuple(Vec{ at, 0, 0 }, z, height),
-        std::tuple(Vec{ at, width, 0 }, z, height) })
+    for (const auto& [from, u, side] : { std::tuple(Vec{ at, 0, 0 }, y, width),
+           std::tuple(Vec{ at, 0, 0 }, z, height), std::tuple(Vec{ at, width, 0 }, z, height) })
     {
       const Sampled face = MakeRectangle(from, x, 1, u, side, spacing, 0.4, Random(4));
       points.insert(points.end(), face.Points.begin(), face.Points.end());
