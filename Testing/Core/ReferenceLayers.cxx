@@ -58,7 +58,8 @@ void ReferenceLayers::Prepare(const ReferenceFragment& f)
     const double z = 0.5 * (f.Near + f.Far);
     const double blur =
       this->Lens.Radius * std::abs(z - this->Lens.FocalDistance) / this->Lens.FocalDistance;
-    const double length = std::max(0.0, this->Far - (this->DepthSum + this->Gaps) / this->Weight);
+    const double mean = (1.0 + this->Nudge) * (this->DepthSum + this->Gaps) / this->Weight;
+    const double length = std::max(0.0, this->Far - mean);
     const double band = std::max(0.3 * blur + 0.5 * (f.Far - f.Near) + 0.5 * length, 1e-30);
     const double gap = (1.0 - left) * std::min(behind / band, 64.0);
     const bool leaks = gap > 1.0 / 32.0;

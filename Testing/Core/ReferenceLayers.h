@@ -65,8 +65,8 @@ public:
   /// Ends the open layer.
   void Finish() { this->Leak(0.0); }
 
-  /// Added to what a layer leaves of the light, as a share: for bounds on rounding, since T - v of
-  /// a layer that leaves little is a difference.
+  /// Added to what a layer leaves of the light, as a share, and to its mean depth: for bounds on
+  /// rounding, since T - v of a layer that leaves little is a difference, and its length as well.
   double Nudge = 0.0;
 
   static constexpr double LargestGap = 7.0; ///< bands

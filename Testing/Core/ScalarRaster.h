@@ -69,6 +69,7 @@ struct ScalarPixel
       {
         u += random.Uniform(-64.0 * Epsilon, 64.0 * Epsilon); // up to 0.08 a pixel, 60 px away
       }
+      moved.Depth += random.Uniform(-64.0 * Epsilon, 64.0 * Epsilon); // of the plane, as far away
       this->Moved[i].Prepare(moved);
     }
   }
