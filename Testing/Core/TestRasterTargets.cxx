@@ -27,8 +27,8 @@ namespace
 {
 constexpr RasterSettings Settings{ Support, 1e30f };
 
-/// A lens in focus at no splat's depth, where a gap would be LargestGap bands, but for roundings; no
-/// layer is ever clamped to the largest colour.
+/// A lens in focus at no splat's depth, where a gap would be LargestGap bands, but for roundings;
+/// no layer is ever clamped to the largest colour.
 constexpr ReferenceLens WithLens{ 0.4, 2.45 };
 RasterSettings LensSettings()
 {
