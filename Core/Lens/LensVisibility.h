@@ -116,11 +116,10 @@ constexpr float CentroidNoise = 0.04f;
 constexpr float ExcessCentroid = 0.5f;
 
 /// Centroids of layers that cover little are uncertain as well: that of a segment that covers less
-/// than 0.1 is noise of the level of detail. Such layers are not limited any further. In tails of a
-/// kernel the regression of u is beyond the lens's rim; with 0.9, edges near the focus have a step
-/// where 0.04 of the lens is covered; with 0.85, one where two folds cover 0.07. (With 0.7, a lion
-/// has 1.3 times the seams.)
-constexpr float MaxLensCentroid = 0.8f;
+/// than 0.07 is noise of the level of detail. Such layers are not limited any further. In tails of
+/// a kernel the regression of u is beyond the lens's rim; with 0.9, edges near the focus have a
+/// step where 0.04 of the lens is covered. (With 0.8, crowns of leaves get brighter.)
+constexpr float MaxLensCentroid = 0.85f;
 
 /// LargestCover(c) is at least 1 - CoverLossPerCentroid c.
 constexpr float CoverLossPerCentroid = 1.18f;

@@ -169,8 +169,8 @@ SURFELSPLATTING_INLINE Lanes KeepOverGaps(const BlockLayers<OnLens, Pass>& open,
     return ended;
   }
   const Lanes farther = Larger(Lanes::Load(tents.Farther), open.Far);
-  const LayerEnd end = EndOf(at.Tile.Open[at.Block], farther, open.Weight, open.Depth);
-  const LayerGaps second = FindGaps(range, end, weight, at.Settings);
+  const LayerExtent extent = ExtentOf(at.Tile.Open[at.Block], farther, open.Weight, open.Depth);
+  const LayerGaps second = FindGaps(range, extent, weight, at.Settings);
   const Lanes share =
     Smaller((1.0f / ShareOfJoint) * ofFarther / Larger(open.Weight, 1e-30f), 1.0f);
   const Lanes goesOn = share * KeepOver(second.Bands), keep = (1.0f - share) * ended + goesOn;
@@ -194,7 +194,7 @@ SURFELSPLATTING_INLINE Lanes LeakEnded(BlockLayers<OnLens, Pass>& open, const Ba
   const Lanes far = open.Far;
   const LayerGaps gaps = collects
     ? LayerGaps{ 0.0f, 0.0f, ended }
-    : FindGaps(range, EndOf(stored, far, open.Weight, open.Depth), weight, at.Settings);
+    : FindGaps(range, ExtentOf(stored, far, open.Weight, open.Depth), weight, at.Settings);
   const LaneMask leaks = ended & gaps.Leaks;
   // A fifth to two fifths of such items leave all gaps open: nothing needs to be stored then.
   if (Any(leaks))

@@ -508,8 +508,8 @@ struct ZRange
   float Near, Far;
 };
 
-/// What decides where layers end.
-struct LayerEnd
+/// How far open layers reach, without their gaps.
+struct LayerExtent
 {
   Lanes Far;    ///< of their z-ranges
   Lanes Weight; ///< sum w
@@ -517,7 +517,7 @@ struct LayerEnd
 };
 
 /// @param depth sum w z
-SURFELSPLATTING_INLINE LayerEnd EndOf(
+SURFELSPLATTING_INLINE LayerExtent ExtentOf(
   const OpenLayers& open, const Lanes& far, const Lanes& weight, const Lanes& depth)
 {
   return { far, weight, depth + Lanes::Load(open.Gaps) };
@@ -544,7 +544,7 @@ SURFELSPLATTING_INLINE float ItemBand(const ZRange& range, const RasterSettings&
 /// alone, two splats of different size that begin at nearly the same depth, and swap, make pixels
 /// of a lion flash by 8 levels.)
 /// @param ofItem ItemBand
-SURFELSPLATTING_INLINE Lanes LeakBand(float ofItem, const LayerEnd& layer)
+SURFELSPLATTING_INLINE Lanes LeakBand(float ofItem, const LayerExtent& layer)
 {
   const Lanes behind = layer.Far - layer.Depth / Larger(layer.Weight, 1e-30f);
   return Larger(ofItem + 0.5f * Larger(behind, 0.0f), 1e-30f);
@@ -560,7 +560,7 @@ struct LayerGaps
 
 /// @param item its fragments' weights
 SURFELSPLATTING_INLINE LayerGaps FindGaps(
-  const ZRange& range, const LayerEnd& layer, const Lanes& item, const RasterSettings& settings)
+  const ZRange& range, const LayerExtent& layer, const Lanes& item, const RasterSettings& settings)
 {
   const Lanes perBand = 1.0f / LeakBand(ItemBand(range, settings), layer);
   const Lanes behind = Larger(range.Near - layer.Far, 0.0f) * GapOfLayer(layer.Weight);

@@ -106,8 +106,9 @@ unsigned int HiddenFrom(
   {
     last = Larger(Lanes::Load(tile.Tents[block].Farther), last);
   }
-  const LayerEnd end = EndOf(open, last, Lanes::Load(open.Weight), Lanes::Load(open.Depth));
-  const LaneMask ended = last < near - gap * LeakBand(ItemBand({ near, near }, settings), end);
+  const LayerExtent extent =
+    ExtentOf(open, last, Lanes::Load(open.Weight), Lanes::Load(open.Depth));
+  const LaneMask ended = last < near - gap * LeakBand(ItemBand({ near, near }, settings), extent);
   if (!Any(ended))
   {
     return done.ToBits();

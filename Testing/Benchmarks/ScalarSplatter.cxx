@@ -12,7 +12,7 @@ namespace
 {
 struct Fragment
 {
-  float Near, Weight;
+  float Near, Weight, Depth;
   std::uint32_t Splat;
 };
 
@@ -32,10 +32,14 @@ double Evaluate(const Splat& s, double q, double support)
   return u * u * (3.0 - 2.0 * u);
 }
 
+/// Layers do not leak over gaps of fewer bands (Core/Raster/LayerMerging.h).
+constexpr double LeastGap = 1.0 / 32.0;
+
 /// The open layer of a pixel and what is finished, in focus (ABuffer.h, LayerLeaks.h).
 struct Pixel
 {
   double Weight = 0.0, Opacity = 0.0, Color[3] = { 0, 0, 0 }, Far = 0.0;
+  double Depth = 0.0, Gaps = 0.0; ///< sums with the weights
   double Through = 1.0, Out[3] = { 0, 0, 0 };
 
   void LeakTo(double keep)
@@ -49,24 +53,34 @@ struct Pixel
     }
     this->Through = leak.Through;
     this->Weight *= leak.Weight;
+    this->Depth *= leak.Weight;
+    this->Gaps *= leak.Weight;
     this->Opacity *= leak.Opacity;
   }
 
-  void Add(const Splat& s, double weight)
+  void Add(const Splat& s, double weight, double depth)
   {
-    const double range = s.Far - s.Near;
     double begin = this->Weight > 0.0 ? std::fmax(this->Far, s.Near) : s.Near;
     if (this->Weight > LeastLeakingWeight && this->Far < s.Near)
     {
       const double behind = GapOfLayer(this->Weight) * (s.Near - this->Far);
       const double share = LeakingShare(weight);
-      this->LeakTo(std::exp(-share * std::fmin(behind / std::fmax(range, 1e-30), 64.0)));
-      begin -= (1.0 - share) * behind;
+      const double length = this->Far - (this->Depth + this->Gaps) / this->Weight;
+      const double band = 0.5 * (s.Far - s.Near) + 0.5 * std::fmax(length, 0.0);
+      const double bands = share * std::fmin(behind / std::fmax(band, 1e-30), 64.0);
+      const bool leaks = bands > LeastGap;
+      if (leaks)
+      {
+        this->LeakTo(std::exp(-bands));
+      }
+      begin -= (leaks ? 1.0 - share : 1.0) * behind;
+      this->Gaps += this->Weight * (begin - this->Far);
     }
     const double reach = std::fmin(1.0, weight / WeightOfReach);
     this->Far = begin + reach * std::fmax(0.0, s.Far - begin);
     weight *= std::clamp((1.0 + RippleInFocus - this->Weight) / RippleInFocus, 0.0, 1.0);
     this->Weight += weight;
+    this->Depth += weight * depth;
     this->Opacity += weight * s.Opacity;
     this->Color[0] += weight * s.Opacity * s.Red;
     this->Color[1] += weight * s.Opacity * s.Green;
@@ -83,7 +97,7 @@ void Composite(const std::vector<Splat>& splats, std::vector<Fragment>& fragment
   for (const Fragment& f : fragments)
   {
     const Splat& s = splats[f.Splat];
-    pixel.Add(s, f.Weight);
+    pixel.Add(s, f.Weight, f.Depth);
   }
   pixel.LeakTo(0.0);
   for (int c = 0; c < 3; ++c)
@@ -126,8 +140,10 @@ void RenderScalar(
           if (q < gaussian.Support())
           {
             const double weight = s.Weight * Evaluate(s, q, gaussian.Support());
+            const double depth = 0.5 * (s.Near + s.Far) + s.DepthX * dx + s.DepthY * dy;
             pixels[static_cast<std::size_t>(y) * frame.Width + x].push_back(
-              { s.Near, static_cast<float>(weight), static_cast<std::uint32_t>(splats.size()) });
+              { s.Near, static_cast<float>(weight), static_cast<float>(depth),
+                static_cast<std::uint32_t>(splats.size()) });
           }
         }
       }
