@@ -4,10 +4,36 @@
 
 #include "vtkPointCloudCleaning.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <tuple>
+#include <vector>
 
 using namespace SurfelTesting;
+
+namespace
+{
+/// Places in the array of the points that are removed as stray.
+std::vector<double> StrayIds(const std::vector<Vec>& points)
+{
+  vtkNew<vtkPointCloudCleaning> cleaning;
+  const Messages quiet(cleaning);
+  const auto data = ToPolyData(points);
+  AddIds(data);
+  cleaning->GenerateStrayPointsOn();
+  cleaning->SetInputData(data);
+  cleaning->Update();
+  vtkDataArray* stray = cleaning->GetOutput(1)->GetPointData()->GetArray("Id");
+  REQUIRE(stray);
+  std::vector<double> ids;
+  for (vtkIdType i = 0; i < stray->GetNumberOfTuples(); ++i)
+  {
+    ids.push_back(stray->GetComponent(i, 0));
+  }
+  return ids;
+}
+}
 
 /// Sixteen points of a wire reach eight spacings far: a stray point that is as far beside it is
 /// found by the nearest few alone.
@@ -30,20 +56,12 @@ TEST_CASE("Stray points beside wires")
     points.push_back({ spacing * along, spacing * (beside + distance * std::cos(angle)),
       spacing * distance * std::sin(angle) });
   }
-  vtkNew<vtkPointCloudCleaning> cleaning;
-  const Messages quiet(cleaning);
-  const auto data = ToPolyData(points);
-  AddIds(data);
-  cleaning->GenerateStrayPointsOn();
-  cleaning->SetInputData(data);
-  cleaning->Update();
-  vtkDataArray* stray = cleaning->GetOutput(1)->GetPointData()->GetArray("Id");
-  REQUIRE(stray);
-  for (vtkIdType i = 0; i < stray->GetNumberOfTuples(); ++i)
+  const std::vector<double> stray = StrayIds(points);
+  for (const double id : stray)
   {
-    CHECK(stray->GetComponent(i, 0) >= good);
+    CHECK(id >= static_cast<double>(good));
   }
-  CHECK(stray->GetNumberOfTuples() > 0.97 * (points.size() - good));
+  CHECK(static_cast<double>(stray.size()) > 0.97 * static_cast<double>(points.size() - good));
 }
 
 /// A floor, and many stray points in the void over it. Those that are a little over the floor have
@@ -164,21 +182,10 @@ TEST_CASE("Folds of a sparse end")
     const double a = random(), b = random(), c = random();
     points.push_back({ 4 + 2 * a, -1 + 2 * b, 0.8 + c });
   }
-  vtkNew<vtkPointCloudCleaning> cleaning;
-  const Messages quiet(cleaning);
-  const auto data = ToPolyData(points);
-  AddIds(data);
-  cleaning->GenerateStrayPointsOn();
-  cleaning->SetInputData(data);
-  cleaning->Update();
-  vtkDataArray* stray = cleaning->GetOutput(1)->GetPointData()->GetArray("Id");
-  REQUIRE(stray);
-  int ofBox = 0;
-  for (vtkIdType i = 0; i < stray->GetNumberOfTuples(); ++i)
-  {
-    ofBox += stray->GetComponent(i, 0) < static_cast<double>(good) ? 1 : 0;
-  }
+  const std::vector<double> stray = StrayIds(points);
+  const auto ofBox = std::count_if(
+    stray.begin(), stray.end(), [good](double id) { return id < static_cast<double>(good); });
   CAPTURE(ofBox);
   CHECK(ofBox <= 12); // those beside the dense end are three times as far from others as these
-  CHECK(stray->GetNumberOfTuples() - ofBox > 285);
+  CHECK(static_cast<std::ptrdiff_t>(stray.size()) - ofBox > 285);
 }
