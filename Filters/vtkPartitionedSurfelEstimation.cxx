@@ -389,7 +389,10 @@ void vtkPartitionedSurfelEstimation::WarnOfTroubles()
     { { this->NumberOfNonFinitePoints, "point", "with NaN or infinite coordinates dropped" },
       { this->NumberOfDuplicatePoints, "duplicate", "dropped" } });
   const std::string problem = this->Estimation->GetNormalsProblem();
-  message += (message.empty() || problem.empty() ? "" : "; ") + problem;
+  if (!problem.empty())
+  {
+    message += (message.empty() ? "" : "; ") + problem + " (AS_GIVEN keeps them)";
+  }
   if (!message.empty())
   {
     vtkWarningMacro(<< message << '.');

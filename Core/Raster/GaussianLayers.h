@@ -142,8 +142,7 @@ SURFELSPLATTING_INLINE void LeakBefore(PixelTile& tile, int block,
   }
   const Lanes behind = Larger(f.Depth - far, 0.0f) * GapOfLayer(weight);
   // A Gaussian is not of the layer's surface, whose length says nothing here.
-  const float band = ItemBand({ f.Depth, f.Depth }, settings);
-  const Lanes gap = behind * (1.0f / (band > 1e-30f ? band : 1e-30f));
+  const Lanes gap = behind * (1.0f / ItemBand({ f.Depth, f.Depth }, settings));
   const Lanes keep = Select(gap < LargestGap, ExpOfMinus(Smaller(gap, LargestGap)), 0.0f);
   LeakLayers<false>(tile, block, ended, keep, settings, callbacks);
   AddTo(open.Gaps, Select(ended, Lanes::Load(open.Weight) * (f.Depth - far), 0.0f));

@@ -530,12 +530,13 @@ SURFELSPLATTING_INLINE LayerExtent ExtentOf(
 /// 7 % more than their leaves.)
 constexpr float BlurOfBand = 0.3f;
 
-/// The item's part of the band over which layers in front of it leak.
+/// The item's part of the band over which layers in front of it leak, world units, > 0.
 SURFELSPLATTING_INLINE float ItemBand(const ZRange& range, const RasterSettings& settings)
 {
   const float depth = 0.5f * (range.Near + range.Far);
   const float blur = __builtin_fabsf(depth * settings.BlurPerDepth - settings.LensRadius);
-  return BlurOfBand * blur + 0.5f * (range.Far - range.Near);
+  const float band = BlurOfBand * blur + 0.5f * (range.Far - range.Near);
+  return band > 1e-30f ? band : 1e-30f;
 }
 
 /// How far behind a layer's end an item of the same surface may begin: of a layer that covers
@@ -547,7 +548,7 @@ SURFELSPLATTING_INLINE float ItemBand(const ZRange& range, const RasterSettings&
 SURFELSPLATTING_INLINE Lanes LeakBand(float ofItem, const LayerExtent& layer)
 {
   const Lanes behind = layer.Far - layer.Depth / Larger(layer.Weight, 1e-30f);
-  return Larger(ofItem + 0.5f * Larger(behind, 0.0f), 1e-30f);
+  return ofItem + 0.5f * Larger(behind, 0.0f);
 }
 
 /// The gaps between the ends of a block's open layers and an item that begins behind them.
