@@ -525,7 +525,7 @@ SURFELSPLATTING_INLINE LayerExtent ExtentOf(
 
 /// The share of the radius of a splat's blur, in the world, that counts for its band. What covers
 /// one another becomes one layer in a wide band, and adds up there; in a narrow one surfaces fall
-/// apart. (With 0.5, a dragon blurred by 24 px has 0.3 dB less; without, it has 0.5 dB more, but
+/// apart. (With 0.5, a dragon blurred by 24 px has 0.3 dB less; without, it has 0.6 dB more, but
 /// blurred corners lose 0.06 of their coverage instead of 0.04, and nodes of two-sided tubes cover
 /// 7 % more than their leaves.)
 constexpr float BlurOfBand = 0.3f;
