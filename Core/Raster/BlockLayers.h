@@ -151,10 +151,11 @@ constexpr float KeepOfLeastGap = 0.969233f;
 
 /// What stays open of layers over the gaps in front of an item. A share of them may go on farther
 /// (LayerEnds).
-/// @param weight of the item's fragments @param gaps behind Far
+/// @param near,band of the item @param weight of its fragments @param gaps behind Far
 template <bool OnLens, RasterPass Pass>
 SURFELSPLATTING_INLINE Lanes KeepOverGaps(const BlockLayers<OnLens, Pass>& open,
-  const BatchBlock& at, const ZRange& range, const Lanes& weight, const LayerGaps& gaps)
+  const BatchBlock& at, float near, const ItemBand& band, const Lanes& weight,
+  const LayerGaps& gaps)
 {
   const Lanes ended = KeepOver(gaps.Bands);
   if (!HasTents(at.Tile, at.Block))
@@ -170,14 +171,14 @@ SURFELSPLATTING_INLINE Lanes KeepOverGaps(const BlockLayers<OnLens, Pass>& open,
   }
   const Lanes farther = Larger(Lanes::Load(tents.Farther), open.Far);
   const LayerExtent extent = ExtentOf(at.Tile.Open[at.Block], farther, open.Weight, open.Depth);
-  const LayerGaps second = FindGaps(range, extent, weight, at.Settings);
+  const LayerGaps second = FindGaps(near, band, extent, weight);
   const Lanes share =
     Smaller((1.0f / ShareOfJoint) * ofFarther / Larger(open.Weight, 1e-30f), 1.0f);
   const Lanes goesOn = share * KeepOver(second.Bands), keep = (1.0f - share) * ended + goesOn;
   const Lanes left = goesOn / Larger(keep, 1e-30f); // of the part that stays
   const LaneMask leaks = two & (keep < KeepOfLeastGap);
   Select(leaks, left * open.Weight, ofFarther).Store(tents.FartherWeight);
-  Select(leaks, Larger(farther, range.Near - second.Rest), Lanes::Load(tents.Farther))
+  Select(leaks, Larger(farther, near - second.Rest), Lanes::Load(tents.Farther))
     .Store(tents.Farther);
   return Select(two, keep, ended);
 }
@@ -192,14 +193,16 @@ SURFELSPLATTING_INLINE Lanes LeakEnded(BlockLayers<OnLens, Pass>& open, const Ba
   constexpr bool collects = Pass == RasterPass::Collect;
   OpenLayers& stored = at.Tile.Open[at.Block];
   const Lanes far = open.Far;
+  const ItemBand band = BandOf(range, item.Cell != nullptr, at.Settings);
   const LayerGaps gaps = collects
     ? LayerGaps{ 0.0f, 0.0f, ended }
-    : FindGaps(range, ExtentOf(stored, far, open.Weight, open.Depth), weight, at.Settings);
+    : FindGaps(range.Near, band, ExtentOf(stored, far, open.Weight, open.Depth), weight);
   const LaneMask leaks = ended & gaps.Leaks;
   // A fifth to two fifths of such items leave all gaps open: nothing needs to be stored then.
   if (Any(leaks))
   {
-    const Lanes keep = collects ? Lanes(0.0f) : KeepOverGaps(open, at, range, weight, gaps);
+    const Lanes keep =
+      collects ? Lanes(0.0f) : KeepOverGaps(open, at, range.Near, band, weight, gaps);
     const LaneMask chosen = leaks & (keep < KeepOfLeastGap);
     if (Any(chosen))
     {
@@ -249,30 +252,43 @@ SURFELSPLATTING_INLINE Lanes BeginItem(BlockLayers<OnLens, Pass>& open, const Ba
   return begin;
 }
 
+/// Fragments that layers take.
+struct LayerFragments
+{
+  Lanes Weight; ///< coverage, 0 outside of the support
+  float Opacity;
+  Lanes Depth;        ///< world units along the view direction; in cells from the layer's near end
+  LensPoints Twice;   ///< 2 u, where they pass the lens; unused without OnLens
+  ShareOfLens Spread; ///< L: their light passes it about u with covariance (1 - L) / 4
+};
+
 /// Adds fragments to the sums of the open layers, but for their colours; returns the weight of
 /// these.
-/// @param weight coverage, 0 outside of the support
-/// @param depth  world units along the view direction; in cells from the layer's near end on
-/// @param u      2 u, where they pass the lens; unused without OnLens
 template <bool OnLens, RasterPass Pass>
-SURFELSPLATTING_INLINE Lanes AddCoverage(BlockLayers<OnLens, Pass>& open, const BatchBlock& at,
-  const Lanes& weight, float opacity, const Lanes& depth, const LensPoints& u)
+SURFELSPLATTING_INLINE Lanes AddCoverage(
+  BlockLayers<OnLens, Pass>& open, const BatchBlock& at, const LayerFragments& add)
 {
-  open.Weight += weight;
-  open.Depth += weight * depth;
-  Lanes visible = weight * opacity;
+  const LensPoints& u = add.Twice;
+  open.Weight += add.Weight;
+  open.Depth += add.Weight * add.Depth;
+  Lanes visible = add.Weight * add.Opacity;
   open.Opacity += visible;
   if (OnLens)
   {
-    open.FillX += weight * u.X;
-    open.FillY += weight * u.Y;
+    open.FillX += add.Weight * u.X;
+    open.FillY += add.Weight * u.Y;
   }
   if (OnLens && open.Tilted)
   {
-    const FinishedLayers& done = at.Tile.Finished[at.Block];
-    const Lanes through = Lanes::Load(done.Transmittance);
-    const Lanes slope = Lanes::Load(done.ThroughX) * u.X + Lanes::Load(done.ThroughY) * u.Y;
-    visible *= LimitSeen(through + (2.0f * SeenSlope) * slope, through);
+    const OneBlock done{ at.Tile.Finished[at.Block] };
+    const Lanes through = done.Load(&FinishedLayers::Transmittance);
+    const LensMoments<Lanes> t = MomentsOf(done);
+    const Lanes slope = t.X * u.X + t.Y * u.Y;
+    // In tails of kernels u is beyond the rim.
+    const Lanes x = Smaller(Larger(0.5f * u.X, -1.0f), 1.0f);
+    const Lanes y = Smaller(Larger(0.5f * u.Y, -1.0f), 1.0f);
+    const Lanes bend = QuadraticPart(t, add.Spread.MomentsAt<Lanes>(x, y));
+    visible *= LimitSeen(through + (2.0f * SeenSlope) * slope + bend, through);
     open.Seen += visible;
     open.SeenX += visible * u.X;
     open.SeenY += visible * u.Y;

@@ -21,18 +21,6 @@ namespace SurfelSplatting
 {
 namespace
 {
-using FinishedField = float (FinishedLayers::*)[PixelsPerBlock];
-
-/// The finished layers of a block.
-struct OneBlock
-{
-  using Real = Lanes;
-  FinishedLayers& A;
-
-  SURFELSPLATTING_INLINE Real Load(FinishedField f) const { return Lanes::Load(this->A.*f); }
-  SURFELSPLATTING_INLINE void Store(FinishedField f, const Real& x) const { x.Store(this->A.*f); }
-};
-
 /// The finished layers of two blocks. What blurred fragments do to one is a long chain of
 /// operations; two such chains together take hardly longer.
 struct TwoBlocks
@@ -142,7 +130,7 @@ SURFELSPLATTING_INLINE void LeakBefore(PixelTile& tile, int block,
   }
   const Lanes behind = Larger(f.Depth - far, 0.0f) * GapOfLayer(weight);
   // A Gaussian is not of the layer's surface, whose length says nothing here.
-  const Lanes gap = behind * (1.0f / ItemBand({ f.Depth, f.Depth }, settings));
+  const Lanes gap = behind * (1.0f / BandOf({ f.Depth, f.Depth }, false, settings).Length);
   const Lanes keep = Select(gap < LargestGap, ExpOfMinus(Smaller(gap, LargestGap)), 0.0f);
   LeakLayers<false>(tile, block, ended, keep, settings, callbacks);
   AddTo(open.Gaps, Select(ended, Lanes::Load(open.Weight) * (f.Depth - far), 0.0f));
@@ -175,38 +163,6 @@ SURFELSPLATTING_INLINE void DimOpenLayers(
     MultiplyBy(lens.SeenX, rest);
     MultiplyBy(lens.SeenY, rest);
   }
-}
-
-template <class Blocks>
-SURFELSPLATTING_INLINE LensMoments<typename Blocks::Real> MomentsOf(const Blocks& done)
-{
-  return { done.Load(&FinishedLayers::ThroughX), done.Load(&FinishedLayers::ThroughY),
-    done.Load(&FinishedLayers::ThroughRim), done.Load(&FinishedLayers::ThroughAcross),
-    done.Load(&FinishedLayers::ThroughDiagonal) };
-}
-
-/// Whether first moments of T matter. @param squared length
-SURFELSPLATTING_INLINE bool AreLong(const Lanes& squared)
-{
-  return Any(squared > MinTilt * MinTilt / 16.0f);
-}
-
-/// Stores the moments of T: the first no longer than that of a segment, the second no larger than
-/// that of a disc or a ring.
-/// @return the squared length of the first one before
-template <class Blocks, class Real = typename Blocks::Real>
-SURFELSPLATTING_INLINE Real StoreMoments(
-  const Blocks& done, const LensMoments<Real>& t, const Real& after)
-{
-  // Without a branch, which would be taken half of the time.
-  const Real squared = t.X * t.X + t.Y * t.Y, shorten = ShortenToLargest(after, squared);
-  done.Store(&FinishedLayers::ThroughX, t.X * shorten);
-  done.Store(&FinishedLayers::ThroughY, t.Y * shorten);
-  const Real most = after * (1.0f - after), least = 0.0f - most;
-  done.Store(&FinishedLayers::ThroughRim, Smaller(Larger(t.Rim, least), most));
-  done.Store(&FinishedLayers::ThroughAcross, Smaller(Larger(t.Across, least), most));
-  done.Store(&FinishedLayers::ThroughDiagonal, Smaller(Larger(t.Diagonal, least), most));
-  return squared;
 }
 
 /// Takes what the fragments hide from the moments of T.

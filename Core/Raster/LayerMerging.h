@@ -9,8 +9,9 @@
  */
 #pragma once
 
-#include "Core/Lens/LayerLeaks.h"
 #include "Core/Raster/CellTents.h"
+#include "Core/Raster/FinishedMoments.h"
+#include "Core/Raster/LayerGaps.h"
 #include "Core/Raster/RasterTarget.h"
 #include "Core/Simd/Lanes.h"
 
@@ -19,19 +20,6 @@ namespace SurfelSplatting
 namespace
 {
 constexpr float Infinity = __builtin_inff();
-
-/// A layer ends, instead of leaking, at a gap of so many bands: less than a thousandth would stay.
-constexpr float LargestGap = 7.0f;
-
-/// Wider gaps count as one of so many bands: with thin bands, a fragment of hardly any weight would
-/// end layers. One that makes its layer leak over a ninth of such a gap ends it, which takes less
-/// time than a leak.
-constexpr float WidestGap = 64.0f;
-
-/// Layers do not leak over gaps of fewer bands, which stay open: every leak takes time. (With 1/64,
-/// a lion at 12 px leaks 12 % more often; with 1/16, the corner of TestCoarseGrid.cxx loses 0.049
-/// instead of 0.031 of its coverage.)
-constexpr float LeastGap = 1.0f / 32.0f;
 
 /// By how much the weights of one surface ripple about 1.
 template <bool OnLens>
@@ -44,9 +32,6 @@ constexpr float UnitOfRoom = OnLens ? FillSlope : 1.0f;
 /// The room with which a fragment counts wholly.
 template <bool OnLens>
 constexpr float RoomToFill = Ripple<OnLens> / UnitOfRoom<OnLens>;
-
-/// A block where 4 |t1| of T is less than this has no moments.
-constexpr float MinTilt = 1.0f / 512.0f;
 
 /// Adds lanes to sixteen floats.
 SURFELSPLATTING_INLINE void AddTo(float* sum, const Lanes& x)
@@ -108,40 +93,36 @@ SURFELSPLATTING_INLINE TentLayers& TentsOf(PixelTile& tile, int block)
   return tents;
 }
 
-/// Stores the first moment of T after a leak, which can be no longer than that of a segment; true
-/// if it is so long that it matters.
-/// @param share of the layer's sums that is composited
-SURFELSPLATTING_INLINE bool StoreMoment(
-  FinishedLayers& done, const Lanes& share, const LensPoints& layer, const Lanes& after)
+/// Takes what leaks from the moments of T; true if the first one is so long that it matters.
+/// @param x,y first moment of what leaks @param before,after T
+SURFELSPLATTING_INLINE bool HideLeak(
+  FinishedLayers& done, const Lanes& x, const Lanes& y, const Lanes& before, const Lanes& after)
 {
-  Lanes x = Lanes::Load(done.ThroughX) - share * layer.X;
-  Lanes y = Lanes::Load(done.ThroughY) - share * layer.Y;
-  // Without a branch, which would be taken half of the time.
-  const Lanes squared = x * x + y * y, shorten = ShortenToLargest(after, squared);
-  x *= shorten;
-  y *= shorten;
-  x.Store(done.ThroughX);
-  y.Store(done.ThroughY);
-  return Any(squared > MinTilt * MinTilt / 16.0f);
+  const OneBlock block{ done };
+  const LensMoments<Lanes> t = MomentsOf(block),
+                           h = MomentsOfSegment(Larger(before - after, 0.0f), x, y);
+  return AreLong(StoreMoments(block,
+    { t.X - h.X, t.Y - h.Y, t.Rim - h.Rim, t.Across - h.Across, t.Diagonal - h.Diagonal }, after));
 }
 
 /// The lens's side of a leak. Once the moments of T matter, the block becomes tilted: sums are
 /// weighted with T from then on.
+/// @param before T in front of the layer
 /// @return whether it has become so
 SURFELSPLATTING_INLINE bool LeakThroughLens(
-  PixelTile& tile, int block, const LayerLeak<Lanes>& leak, const Lanes& seen)
+  PixelTile& tile, int block, const LayerLeak<Lanes>& leak, const Lanes& seen, const Lanes& before)
 {
   LensLayers& lens = tile.Lens[block];
   FinishedLayers& done = tile.Finished[block];
   if (IsTilted(tile, block))
   {
-    StoreMoment(
-      done, leak.Share, { Lanes::Load(lens.SeenX), Lanes::Load(lens.SeenY) }, leak.Through);
+    HideLeak(done, leak.Share * Lanes::Load(lens.SeenX), leak.Share * Lanes::Load(lens.SeenY),
+      before, leak.Through);
     return false;
   }
   const Lanes toSeen = seen / Larger(Lanes::Load(tile.Open[block].Weight), 1e-30f);
   const LensPoints moment{ toSeen * Lanes::Load(lens.FillX), toSeen * Lanes::Load(lens.FillY) };
-  if (!StoreMoment(done, leak.Share, moment, leak.Through))
+  if (!HideLeak(done, leak.Share * moment.X, leak.Share * moment.Y, before, leak.Through))
   {
     return false;
   }
@@ -438,7 +419,7 @@ void LeakLayers(PixelTile& tile, int block, const LaneMask& chosen, const Lanes&
     Lanes(0.0f).Store(leaked.Spread);
     callbacks.Leaked(callbacks.User, tile, block, visible.ToBits(), leaked);
   }
-  const bool tilts = hasLens && LeakThroughLens(tile, block, leak, layer.Seen);
+  const bool tilts = hasLens && LeakThroughLens(tile, block, leak, layer.Seen, before);
   if (Ends && !tilts)
   {
     Empty(tile, block, chosen, hasLens);
@@ -500,81 +481,6 @@ SURFELSPLATTING_INLINE void CollectLayers(
   }
   Put(open.Far, chosen, NoFar);
   Put(c.Near, chosen, Infinity);
-}
-
-/// The z-range of a splat or tent, world units along the view direction.
-struct ZRange
-{
-  float Near, Far;
-};
-
-/// How far open layers reach, without their gaps.
-struct LayerExtent
-{
-  Lanes Far;    ///< of their z-ranges
-  Lanes Weight; ///< sum w
-  Lanes Depth;  ///< sum w z, as if there were no gaps in the layers
-};
-
-/// @param depth sum w z
-SURFELSPLATTING_INLINE LayerExtent ExtentOf(
-  const OpenLayers& open, const Lanes& far, const Lanes& weight, const Lanes& depth)
-{
-  return { far, weight, depth + Lanes::Load(open.Gaps) };
-}
-
-/// The share of the radius of a splat's blur, in the world, that counts for its band. What covers
-/// one another becomes one layer in a wide band, and adds up there; in a narrow one surfaces fall
-/// apart. (With 0.5, a dragon blurred by 24 px has 0.3 dB less; without, it has 0.6 dB more, but
-/// blurred corners lose 0.06 of their coverage instead of 0.04, and nodes of two-sided tubes cover
-/// 7 % more than their leaves.)
-constexpr float BlurOfBand = 0.3f;
-
-/// The item's part of the band over which layers in front of it leak, world units, > 0.
-SURFELSPLATTING_INLINE float ItemBand(const ZRange& range, const RasterSettings& settings)
-{
-  const float depth = 0.5f * (range.Near + range.Far);
-  const float blur = __builtin_fabsf(depth * settings.BlurPerDepth - settings.LensRadius);
-  const float band = BlurOfBand * blur + 0.5f * (range.Far - range.Near);
-  return band > 1e-30f ? band : 1e-30f;
-}
-
-/// How far behind a layer's end an item of the same surface may begin: of a layer that covers
-/// little, 1/e stays open there. It is a share of the blur, and the mean of two lengths: the item's
-/// z-range, and what of the layer's lies behind its mean depth, without its gaps. (With the item's
-/// alone, two splats of different size that begin at nearly the same depth, and swap, make pixels
-/// of a lion flash by 8 levels.)
-/// @param ofItem ItemBand
-SURFELSPLATTING_INLINE Lanes LeakBand(float ofItem, const LayerExtent& layer)
-{
-  const Lanes behind = layer.Far - layer.Depth / Larger(layer.Weight, 1e-30f);
-  return ofItem + 0.5f * Larger(behind, 0.0f);
-}
-
-/// The gaps between the ends of a block's open layers and an item that begins behind them.
-struct LayerGaps
-{
-  Lanes Bands; ///< the part over which the layers leak, in bands, at most LargestGap
-  Lanes Rest;  ///< the other part, over which they stay open, world units
-  LaneMask Leaks;
-};
-
-/// @param item its fragments' weights
-SURFELSPLATTING_INLINE LayerGaps FindGaps(
-  const ZRange& range, const LayerExtent& layer, const Lanes& item, const RasterSettings& settings)
-{
-  const Lanes perBand = 1.0f / LeakBand(ItemBand(range, settings), layer);
-  const Lanes behind = Larger(range.Near - layer.Far, 0.0f) * GapOfLayer(layer.Weight);
-  const Lanes share = LeakingShare(item);
-  const Lanes bands = Smaller(share * Smaller(behind * perBand, WidestGap), LargestGap);
-  const LaneMask leaks = bands > LeastGap;
-  return { bands, Select(leaks, behind - share * behind, behind), leaks };
-}
-
-/// The share of layers that stays open over gaps. @param bands at most LargestGap
-SURFELSPLATTING_INLINE Lanes KeepOver(const Lanes& bands)
-{
-  return Select(bands < LargestGap, ExpOfMinus(bands), 0.0f);
 }
 
 /// Lets the chosen layers leak.

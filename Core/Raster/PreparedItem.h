@@ -31,7 +31,7 @@ struct alignas(64) PreparedItem
   float LensX, LensY;                   ///< 2 u = (LensX, LensY) +
   float LensXX, LensXY, LensYX, LensYY; ///< (LensXX x + LensXY y, LensYX x + LensYY y)
   float Area, AreaX, AreaY;             ///< as in LensFootprint, times Weight
-  float Back;
+  float Back, Share;                    ///< as in LensFootprint
   float Depth, DepthX, DepthY;
   float Red, Green, Blue, Opacity;
   float Steepness;            ///< SmoothProfile
@@ -94,6 +94,7 @@ SURFELSPLATTING_INLINE void Prepare(
     p.AreaY = p.Weight * lens.AreaY;
     p.Area = p.Weight * lens.Area - (p.AreaX * x + p.AreaY * y);
     p.Back = lens.Back;
+    p.Share = lens.Share;
   }
 }
 }

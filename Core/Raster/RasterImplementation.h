@@ -108,7 +108,8 @@ unsigned int HiddenFrom(
   }
   const LayerExtent extent =
     ExtentOf(open, last, Lanes::Load(open.Weight), Lanes::Load(open.Depth));
-  const LaneMask ended = last < near - gap * LeakBand(ItemBand({ near, near }, settings), extent);
+  const LaneMask ended =
+    last < near - gap * LeakBand(BandOf({ near, near }, false, settings), extent);
   if (!Any(ended))
   {
     return done.ToBits();

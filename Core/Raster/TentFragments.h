@@ -112,7 +112,7 @@ SURFELSPLATTING_INLINE unsigned int AddTentToBlock(
     return 0;
   }
   const ZRange range{ s.Near, s.Far };
-  const float band = ItemBand(range, at.Settings); // the least
+  const float band = BandOf(range, true, at.Settings).Length; // the least
   // Over smaller gaps layers stay open (LayerGaps): most tents need no leak then.
   const ItemRange place{ range, s.Near - LeastGap * band };
   const Lanes begin = BeginItem(open, at, item, place, weight, inside);
@@ -125,7 +125,8 @@ SURFELSPLATTING_INLINE unsigned int AddTentToBlock(
   {
     Refuse(open, at, s, refused);
   }
-  const Lanes visible = AddCoverage(open, at, added, s.Opacity, s.Depth, u);
+  const ShareOfLens spread{ 1.0f - 4.0f * s.XX, -4.0f * s.XY, 1.0f - 4.0f * s.YY };
+  const Lanes visible = AddCoverage(open, at, { added, s.Opacity, s.Depth, u, spread });
   WeightedColors c{ visible * s.Red, visible * s.Green, visible * s.Blue };
   if (OnLens && open.Tilted)
   {

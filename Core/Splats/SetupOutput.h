@@ -285,6 +285,7 @@ struct LensRegression
 {
   Real MeanX, MeanY, PerForm;
   Real Area, AreaX, AreaY;
+  Real Share; ///< l
 
   SURFELSPLATTING_INLINE LensRegression(const SetupJob& job, const SplatBatch<Real>& b)
   {
@@ -296,6 +297,11 @@ struct LensRegression
     // M'v, the slope of v.u, and L v.
     const Real x = root.XX * v.X + root.XY * v.Y, y = root.XY * v.X + root.YY * v.Y;
     const Real perDeterminant = quarter * w.InverseRoot * w.InverseRoot;
+    // Half the trace of C^2/4 S W^-1.
+    const double xx = root.XX * root.XX + root.XY * root.XY, xy = root.XY * (root.XX + root.YY),
+                 yy = root.XY * root.XY + root.YY * root.YY;
+    const Real trace = xx * w.YY - 2.0 * xy * w.XY + yy * w.XX;
+    this->Share = Smaller(2.0 * quarter * perDeterminant * trace, Uniform<Real>(1.0));
     const Real slopeX = perDeterminant * (w.YY * x - w.XY * y);
     const Real slopeY = perDeterminant * (w.XX * y - w.XY * x);
     const Real shareX = confusion * (root.XX * slopeX + root.XY * slopeY);
@@ -356,7 +362,8 @@ SURFELSPLATTING_INLINE FootprintRows<Real> LensFootprints(
   return { { { Narrow<Real>(lens.MeanX), Narrow<Real>(lens.MeanY), Narrow<Real>(lens.PerForm),
                Narrow<Real>(lens.Area) },
     { Narrow<Real>(lens.AreaX), Narrow<Real>(lens.AreaY),
-      Narrow<Real>(b.Surfels.Visible.TwoSided ? Uniform<Real>(1.0) : Real{}), FloatOf<Real>{} } } };
+      Narrow<Real>(b.Surfels.Visible.TwoSided ? Uniform<Real>(1.0) : Real{}),
+      Narrow<Real>(lens.Share) } } };
 }
 
 /// Writes what the lanes that are alive have. Of the others, the next lane overwrites it: a branch

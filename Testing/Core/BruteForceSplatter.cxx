@@ -75,6 +75,7 @@ Fragment MakeFragment(
   v.Depth = s.Depth + s.DepthX * dx + s.DepthY * dy;
   std::copy(std::begin(s.Color), std::end(s.Color), v.Color);
   v.OnLens = onLens;
+  v.Share = s.LensShare;
   for (int k = 0; k < 2; ++k)
   {
     v.U[k] = s.Point[k] + s.PerPixel[k][0] * dx + s.PerPixel[k][1] * dy;

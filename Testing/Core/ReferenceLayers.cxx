@@ -60,7 +60,8 @@ void ReferenceLayers::Prepare(const ReferenceFragment& f)
       this->Lens.Radius * std::abs(z - this->Lens.FocalDistance) / this->Lens.FocalDistance;
     const double mean = (1.0 + this->Nudge) * (this->DepthSum + this->Gaps) / this->Weight;
     const double length = std::max(0.0, this->Far - mean);
-    const double band = std::max(0.3 * blur + 0.5 * (f.Far - f.Near) + 0.5 * length, 1e-30);
+    const double ofItem = std::max(0.125 * blur + 0.5 * (f.Far - f.Near), 1e-30);
+    const double band = ofItem + (f.IsTent ? 0.2 : 0.5) * length;
     const double gap = (1.0 - left) * std::min(behind / band, 64.0);
     const bool leaks = gap > 1.0 / 32.0;
     if (leaks)
@@ -120,8 +121,9 @@ void ReferenceLayers::Append(const ReferenceFragment& f)
   const double tilt[] = { this->Flat ? 0.0 : 4.0 * this->ThroughU[0],
     this->Flat ? 0.0 : 4.0 * this->ThroughU[1] };
   const double linear = this->Through + 1.25 * (tilt[0] * f.U[0] + tilt[1] * f.U[1]);
+  const double curved = linear + (this->Flat ? 0.0 : this->Bend(f));
   const double seen =
-    f.OnLens ? std::min(1.0, std::max(0.02 * this->Through, linear)) : this->Through;
+    f.OnLens ? std::min(1.0, std::max(0.02 * this->Through, curved)) : this->Through;
   const double opaque = weight * f.Opacity;
   this->HasLeaked = false;
   this->Weight += weight;
@@ -141,6 +143,34 @@ void ReferenceLayers::Append(const ReferenceFragment& f)
   }
 }
 
+/// Half of the terms of the second degree of T, over the points that the fragment is seen through.
+double ReferenceLayers::Bend(const ReferenceFragment& f) const
+{
+  const double own = 0.25 * (1.0 - f.Share);
+  const double x = std::clamp(f.U[0], -1.0, 1.0), y = std::clamp(f.U[1], -1.0, 1.0);
+  const double xx = x * x + (f.IsTent ? f.UU[0][0] : own);
+  const double yy = y * y + (f.IsTent ? f.UU[1][1] : own);
+  const double xy = x * y + (f.IsTent ? f.UU[0][1] : 0.0);
+  const double* m = this->ThroughUU;
+  return 1.5 * m[0] * (2.0 * (xx + yy) - 1.0) + 3.0 * (m[1] * (xx - yy) + m[2] * 2.0 * xy);
+}
+
+/// Takes a segment of the lens from the moments of T. @param x,y its first moment
+void ReferenceLayers::Hide(double hidden, double x, double y)
+{
+  const double length = std::hypot(x, y), c = std::min(1.0, length / std::max(hidden, 1e-12));
+  const double second = hidden * c * (-0.8952 + c * (2.4193 + c * (-0.87468 + c * 0.35441)));
+  const double nx = length > 0.0 ? x / length : 0.0, ny = length > 0.0 ? y / length : 0.0;
+  this->ThroughU[0] -= x;
+  this->ThroughU[1] -= y;
+  const double parts[] = { second, second * (nx * nx - ny * ny), second * 2.0 * nx * ny };
+  const double most = this->Through * (1.0 - this->Through);
+  for (int k = 0; k < 3; ++k)
+  {
+    this->ThroughUU[k] = std::clamp(this->ThroughUU[k] - parts[k], -most, most);
+  }
+}
+
 /// Adds the share of the open layer's sums to the finished ones.
 void ReferenceLayers::Composite(double share, double after)
 {
@@ -156,11 +186,9 @@ void ReferenceLayers::Composite(double share, double after)
     this->Depth = this->Last.Depth;
   }
   this->MedianMargin = std::min(this->MedianMargin, std::abs(after - 0.5));
+  const double hidden = std::max(0.0, this->Through - after);
   this->Through = after;
-  for (int k = 0; k < 2; ++k)
-  {
-    this->ThroughU[k] -= share * this->SeenU[k];
-  }
+  this->Hide(hidden, share * this->SeenU[0], share * this->SeenU[1]);
   const double length = std::hypot(this->ThroughU[0], this->ThroughU[1]);
   const double longest = ReferenceLargestMoment(after);
   for (double& moment : this->ThroughU)

@@ -26,6 +26,7 @@ struct ReferenceFragment
   double Kernel = 1; ///< at the fragment, 1 at the splat's centre, 1/5 at a tent's
   double Color[3] = { 0, 0, 0 };
   double U[2] = { 0, 0 }; ///< point of the lens
+  double Share = 1;       ///< the lens's of its footprint; unused of tents
   bool OnLens = false;    ///< else U is not used
   bool IsTent = false;    ///< is added in small parts, and has covariances:
   double ColorU[3][2] = {};
@@ -73,6 +74,7 @@ public:
 
   // The picture so far.
   double Through = 1.0, ThroughU[2] = { 0, 0 };
+  double ThroughUU[3] = { 0, 0, 0 }; ///< means of 2 |u|^2 - 1, u_x^2 - u_y^2, 2 u_x u_y times T(u)
   double Color[3] = { 0, 0, 0 };
   double Depth = 0.0;        ///< median
   double MedianMargin = 0.5; ///< how near the light behind a layer comes to 1/2
@@ -92,6 +94,8 @@ private:
   void Leak(double keep);
   void Shrink(double factor);
   void Composite(double share, double after);
+  void Hide(double hidden, double x, double y);
+  double Bend(const ReferenceFragment& f) const;
   double LargestCover() const;
 
   bool HasLeaked = false; // and nothing was added since: SeenU is valid

@@ -234,6 +234,7 @@ void SetLens(
   const LensView& lens, const double (&inverse)[2][2], double confusion, ReferenceSplat& splat)
 {
   double slope[2], squared = 0.0, known = 0.0, along = 0.0;
+  splat.LensShare = std::min(0.125 * confusion * confusion * (inverse[0][0] + inverse[1][1]), 1.0);
   for (int a = 0; a < 2; ++a)
   {
     splat.Point[a] = lens.Point[a];

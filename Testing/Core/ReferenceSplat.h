@@ -24,6 +24,7 @@ struct ReferenceSplat
   double Order; ///< depth by which they are sorted
   double Point[2] = { 0, 0 }, PerPixel[2][2] = { { 0, 0 }, { 0, 0 } }; ///< of the lens
   double Area = 1, AreaX = 0, AreaY = 0, Back = 0;
+  double LensShare = 1; ///< of W, mean over the directions
   double Color[3], Opacity;
 };
 

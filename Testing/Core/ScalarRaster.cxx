@@ -66,6 +66,7 @@ void SetValues(
     static_cast<double>(s.DepthY) * d[1];
   v.Color[0] = s.Red;
   v.OnLens = onLens;
+  v.Share = lens.Share;
   const LensShape root = ShapeOfLens.Root();
   // Half of the gradient of q.
   const double qx = s.A * (d[0] + s.K * d[1]), qy = s.K * qx + s.B * d[1];

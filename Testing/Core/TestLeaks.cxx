@@ -180,7 +180,7 @@ struct End
 float NearBehind(const End& layer, const End& other, double near, bool onLens)
 {
   const auto band = [&](const End& e) {
-    return 0.5 * (1.0 + e.Far - e.Mean) + (onLens ? 0.3 * Blur : 0.0);
+    return 0.5 * (1.0 + e.Far - e.Mean) + (onLens ? 0.125 * Blur : 0.0);
   };
   return static_cast<float>(layer.Far + (near - other.Far) * band(layer) / band(other));
 }
@@ -493,7 +493,7 @@ TEST_CASE("Opaque and alone")
             const Wide behind{ 1.5f + gap, 1.6f + gap, 0.1f, 0.0f, 1.0f, 0, 0 };
             const Pixel p = Draw({ a, behind }, onLens);
             // The means of z-range and layer: 0.1, and 0.25 behind its mean depth.
-            const double bands = gap / (0.5 * (0.1 + 0.25) + (onLens ? 0.3 * Blur : 0.0));
+            const double bands = gap / (0.5 * (0.1 + 0.25) + (onLens ? 0.125 * Blur : 0.0));
             const double leaked = bands > 1.0 / 32.0 ? bands : 0.0; // nothing leaks over less
             CHECK(p.Red <= 0.75 + 1e-6);
             CHECK(p.Red >= 0.75 * (1.0 - std::exp(-4.0 * leaked) * 0.1 / (weight + 0.1)) - 1e-6);

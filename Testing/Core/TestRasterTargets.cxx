@@ -489,7 +489,7 @@ void TestExtremes(const RasterTarget& target)
         const TilePlace place{ { 0, 0, TileSize, TileSize }, x, 1.0f };
         constexpr std::uint64_t all = TileSize * TileSize;
         CHECK(AddSplat(target, *tile, { s, nullptr, nullptr }, place, Settings, Nobody) <= all);
-        const LensFootprint footprint{ x, 0.0f, k, a, x, k, 1.0f, 0.0f };
+        const LensFootprint footprint{ x, 0.0f, k, a, x, k, 1.0f, 0.6f };
         CHECK(AddSplat(target, *tile, { s, nullptr, &footprint }, place, lens, Nobody) <= all);
       }
     }

@@ -175,6 +175,8 @@ TEST_CASE("Points of the lens")
     const LensFootprint& f = splat.Footprint;
     CHECK_NEAR(f.PerForm * splat.S.A * det / w.YY, 0.25 * confusion, 1e-5 * std::abs(confusion));
     CHECK(f.Back == (surfel.TwoSided ? 1.0f : 0.0f));
+    const double trace = shape.XX * w.YY - 2.0 * shape.XY * w.XY + shape.YY * w.XX; // of S W^-1 det
+    CHECK_NEAR(f.Share, 0.125 * confusion * confusion * trace / det, 1e-5);
     const MeanVisibleArea<double> mean =
       MeanOverLens<double>({ areaFrom(0, 0) / largest, v[0], v[1], surfel.TwoSided });
     const double squared = v[0] * v[0] + v[1] * v[1];

@@ -110,9 +110,10 @@ void Compare(const SetupTarget& kernel, const SplatContext& context, const Surfe
     if (context.HasLens())
     {
       const LensFootprint &u = actual.Footprints[i], &v = expected.Footprints[i];
-      CheckFields(
-        std::array<float, 7>{ u.MeanX, u.MeanY, u.PerForm, u.Area, u.AreaX, u.AreaY, u.Back },
-        std::array<float, 7>{ v.MeanX, v.MeanY, v.PerForm, v.Area, v.AreaX, v.AreaY, v.Back },
+      CheckFields(std::array<float, 8>{ u.MeanX, u.MeanY, u.PerForm, u.Area, u.AreaX, u.AreaY,
+                    u.Back, u.Share },
+        std::array<float, 8>{
+          v.MeanX, v.MeanY, v.PerForm, v.Area, v.AreaX, v.AreaY, v.Back, v.Share },
         "footprint");
     }
   }

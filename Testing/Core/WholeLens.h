@@ -5,10 +5,10 @@
 
 namespace SurfelSplatting
 {
-/// The footprint of a splat of which all points of the lens see the same.
+/// The footprint of a splat of which all points of the lens see the same, and which the lens makes.
 /// @param perForm of the lens point
 inline LensFootprint WholeLens(float meanX, float meanY, float perForm)
 {
-  return { meanX, meanY, perForm, 1.0f, 0.0f, 0.0f, 0.0f, 0.0f };
+  return { meanX, meanY, perForm, 1.0f, 0.0f, 0.0f, 0.0f, 1.0f };
 }
 }
