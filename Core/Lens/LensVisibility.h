@@ -345,14 +345,28 @@ SURFELSPLATTING_INLINE LensMoments<Real> MomentsOfSegment(
 /// dB less.)
 constexpr float ShareOfQuadratic = 0.5f;
 
-/// The terms of the second degree of T at a lens point: the means over the lens of the squares of
-/// the three polynomials are 1/3, 1/6 and 1/6.
-/// @param at means of the polynomials over the footprint (ShareOfLens::MomentsAt)
+/// Means over a fragment's footprint of 2 (2 |u|^2 - 1), 4 (u_x^2 - u_y^2) and 8 u_x u_y.
 template <class Real>
-SURFELSPLATTING_INLINE Real QuadraticPart(const LensMoments<Real>& t, const LensMoments<Real>& at)
+struct SquaresOnLens
 {
-  return (3.0f * ShareOfQuadratic) * (t.Rim * at.Rim) +
-    (6.0f * ShareOfQuadratic) * (t.Across * at.Across + t.Diagonal * at.Diagonal);
+  Real Rim, Across, Diagonal;
+};
+
+/// About lens points 2 u = (x, y), with covariance (1 - share) / 4 of u.
+template <class Real>
+SURFELSPLATTING_INLINE SquaresOnLens<Real> SquaresAt(const Real& x, const Real& y, float share)
+{
+  const Real xx = x * x, yy = y * y;
+  return { xx + yy - 2.0f * share, xx - yy, (x + x) * y };
+}
+
+/// The terms of the second degree of T at a lens point: the means over the lens of the squares of
+/// 2 |u|^2 - 1, u_x^2 - u_y^2 and 2 u_x u_y are 1/3, 1/6 and 1/6.
+template <class Real, class Squares>
+SURFELSPLATTING_INLINE Real QuadraticPart(const LensMoments<Real>& t, const Squares& at)
+{
+  return (1.5f * ShareOfQuadratic) *
+    (t.Rim * at.Rim + t.Across * at.Across + t.Diagonal * at.Diagonal);
 }
 
 /// What a fragment hides. @tparam Real lanes or numbers

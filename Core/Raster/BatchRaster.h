@@ -196,8 +196,8 @@ SURFELSPLATTING_INLINE unsigned int AddSplatToBlock(
     // Layers that are empty have no near depth yet.
     depth = Select(inside, depth - open.Near, 0.0f);
   }
-  const Lanes visible =
-    AddCoverage(open, at, { weight, p.Opacity, depth, u, { p.Share, 0.0f, p.Share } });
+  const Lanes visible = AddCoverage(
+    open, at, { weight, p.Opacity, depth, u }, [&] { return SquaresAt(u.X, u.Y, p.Share); });
   WeightedColors c{ p.Red, p.Green, p.Blue };
   if (!Plain && p.Item->Gradient)
   {

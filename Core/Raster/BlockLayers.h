@@ -257,16 +257,16 @@ struct LayerFragments
 {
   Lanes Weight; ///< coverage, 0 outside of the support
   float Opacity;
-  Lanes Depth;        ///< world units along the view direction; in cells from the layer's near end
-  LensPoints Twice;   ///< 2 u, where they pass the lens; unused without OnLens
-  ShareOfLens Spread; ///< L: their light passes it about u with covariance (1 - L) / 4
+  Lanes Depth;      ///< world units along the view direction; in cells from the layer's near end
+  LensPoints Twice; ///< 2 u, where they pass the lens; unused without OnLens
 };
 
 /// Adds fragments to the sums of the open layers, but for their colours; returns the weight of
 /// these.
-template <bool OnLens, RasterPass Pass>
-SURFELSPLATTING_INLINE Lanes AddCoverage(
-  BlockLayers<OnLens, Pass>& open, const BatchBlock& at, const LayerFragments& add)
+/// @param squares function(): SquaresOnLens of the fragments; not called without OnLens
+template <bool OnLens, RasterPass Pass, class Function>
+SURFELSPLATTING_INLINE Lanes AddCoverage(BlockLayers<OnLens, Pass>& open, const BatchBlock& at,
+  const LayerFragments& add, const Function& squares)
 {
   const LensPoints& u = add.Twice;
   open.Weight += add.Weight;
@@ -284,10 +284,7 @@ SURFELSPLATTING_INLINE Lanes AddCoverage(
     const Lanes through = done.Load(&FinishedLayers::Transmittance);
     const LensMoments<Lanes> t = MomentsOf(done);
     const Lanes slope = t.X * u.X + t.Y * u.Y;
-    // In tails of kernels u is beyond the rim.
-    const Lanes x = Smaller(Larger(0.5f * u.X, -1.0f), 1.0f);
-    const Lanes y = Smaller(Larger(0.5f * u.Y, -1.0f), 1.0f);
-    const Lanes bend = QuadraticPart(t, add.Spread.MomentsAt<Lanes>(x, y));
+    const Lanes bend = QuadraticPart(t, squares());
     visible *= LimitSeen(through + (2.0f * SeenSlope) * slope + bend, through);
     open.Seen += visible;
     open.SeenX += visible * u.X;

@@ -125,8 +125,11 @@ SURFELSPLATTING_INLINE unsigned int AddTentToBlock(
   {
     Refuse(open, at, s, refused);
   }
-  const ShareOfLens spread{ 1.0f - 4.0f * s.XX, -4.0f * s.XY, 1.0f - 4.0f * s.YY };
-  const Lanes visible = AddCoverage(open, at, { added, s.Opacity, s.Depth, u, spread });
+  const Lanes visible = AddCoverage(open, at, { added, s.Opacity, s.Depth, u }, [&] {
+    const float xx = s.XX + s.PointX * s.PointX, yy = s.YY + s.PointY * s.PointY;
+    const float xy = s.XY + s.PointX * s.PointY;
+    return SquaresOnLens<float>{ 4.0f * (xx + yy) - 2.0f, 4.0f * (xx - yy), 8.0f * xy };
+  });
   WeightedColors c{ visible * s.Red, visible * s.Green, visible * s.Blue };
   if (OnLens && open.Tilted)
   {

@@ -147,7 +147,7 @@ void ReferenceLayers::Append(const ReferenceFragment& f)
 double ReferenceLayers::Bend(const ReferenceFragment& f) const
 {
   const double own = 0.25 * (1.0 - f.Share);
-  const double x = std::clamp(f.U[0], -1.0, 1.0), y = std::clamp(f.U[1], -1.0, 1.0);
+  const double x = f.U[0], y = f.U[1];
   const double xx = x * x + (f.IsTent ? f.UU[0][0] : own);
   const double yy = y * y + (f.IsTent ? f.UU[1][1] : own);
   const double xy = x * y + (f.IsTent ? f.UU[0][1] : 0.0);

@@ -115,8 +115,7 @@ TEST_CASE("Second moments of segments")
   const LensMoments<double> none = MomentsOfSegment(0.0, 0.0, 0.0);
   CHECK((none.Rim == 0.0 && none.Across == 0.0 && none.Diagonal == 0.0));
   // Of a polynomial itself all is found, but for ShareOfQuadratic.
-  const ShareOfLens known{ 1.0f, 0.0f, 1.0f };
-  const LensMoments<double> at = known.MomentsAt<double>(0.3, -0.6);
+  const SquaresOnLens<double> at = SquaresAt(2.0 * 0.3, 2.0 * -0.6, 1.0f);
   const double squares[] = { 1.0 / 3.0, 1.0 / 6.0, 1.0 / 6.0 };
   const LensMoments<double> parts[] = { { 0, 0, squares[0], 0, 0 }, { 0, 0, 0, squares[1], 0 },
     { 0, 0, 0, 0, squares[2] } };
