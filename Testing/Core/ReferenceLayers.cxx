@@ -159,7 +159,7 @@ double ReferenceLayers::Bend(const ReferenceFragment& f) const
 void ReferenceLayers::Hide(double hidden, double x, double y)
 {
   const double length = std::hypot(x, y), c = std::min(1.0, length / std::max(hidden, 1e-12));
-  const double second = hidden * c * (-0.8952 + c * (2.4193 + c * (-0.87468 + c * 0.35441)));
+  const double second = length * (-0.8952 + c * (2.4193 + c * (-0.87468 + c * 0.35441)));
   const double nx = length > 0.0 ? x / length : 0.0, ny = length > 0.0 ? y / length : 0.0;
   this->ThroughU[0] -= x;
   this->ThroughU[1] -= y;

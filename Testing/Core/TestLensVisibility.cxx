@@ -101,7 +101,7 @@ TEST_CASE("Second moments of segments")
     const double c = s.Moment / s.Area, second = s.Rim / s.Area;
     CHECK_NEAR(s.Across / s.Area, second, 1e-6);
     CHECK_NEAR(c * t, second, 1e-6); // the chord's distance times the centroid's
-    const double off = std::abs(SecondMomentOfSegment(c) - second);
+    const double off = std::abs(c * SecondMomentPerCentroid(c) - second);
     (c < 0.95 ? worst : worstThin) = std::max(c < 0.95 ? worst : worstThin, off);
     const double angle = 0.02 * i, nx = std::cos(angle), ny = std::sin(angle);
     const LensMoments<double> m = MomentsOfSegment(s.Area, s.Moment * nx, s.Moment * ny);
