@@ -3,7 +3,7 @@
  * Divides a lens into several smaller ones whose pictures are averaged. With more of them, the
  * picture approaches that of a distributed ray tracer.
  *
- * A single picture knows the visibility of layers over the lens by first moments only
+ * A single picture knows the visibility of layers over the lens by moments only
  * (LensVisibility.h), and takes the footprint of a splat as the same from everywhere on the lens.
  * Each of K cells of equal area looks through a K-th of the lens from its own centre, so both
  * errors shrink with K. With pinholes instead of cells this is multisampling of the lens (Haeberli
