@@ -261,7 +261,7 @@ long CheckFamily(const Family& family)
 /// Of processor time, since other programs may keep the machine busy. A release build takes a few
 /// seconds for each case; quadratic work would take hours. A sanitizer takes up to 200 times as
 /// long for large buffers, and is not there to measure time.
-#ifdef __SANITIZE_ADDRESS__
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr double MaxSeconds = std::numeric_limits<double>::infinity();
 #else
 constexpr double MaxSeconds = 100.0;
