@@ -54,6 +54,8 @@ LensAccumulation::~LensAccumulation() = default;
 bool LensAccumulation::Prepare(const PassFrame& frame)
 {
   const PixelRectangle& r = frame.Rectangle;
+  this->Owner.ChangeTo(
+    frame.Window, [this](vtkWindow* before) { this->Sum->ReleaseGraphicsResources(before); });
   this->Sum->SetContext(frame.Window);
   return FitTexture(frame.Window, this->FirstDepth, TextureKind::Depth, r.Width, r.Height) &&
     FitTexture(frame.Window, this->SumColor, TextureKind::Color, r.Width, r.Height) &&

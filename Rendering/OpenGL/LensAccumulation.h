@@ -12,6 +12,7 @@
 #include "Rendering/OpenGL/FrameBlit.h"
 #include "Rendering/OpenGL/FullScreenQuad.h"
 #include "Rendering/OpenGL/OffscreenFrame.h"
+#include "Rendering/OpenGL/OwningWindow.h"
 #include "Rendering/OpenGL/PassFrame.h"
 
 #include <vtkNew.h>
@@ -104,6 +105,7 @@ private:
   void Draw(vtkOpenGLRenderWindow* window, const Drawing& drawing);
 
   OffscreenFrame Frame;
+  OwningWindow Owner; // of Sum
   vtkNew<vtkOpenGLFramebufferObject> Sum;
   vtkNew<vtkTextureObject> FirstDepth, SumColor, DepthBelow, ColorBelow;
   FrameBlit Blit;

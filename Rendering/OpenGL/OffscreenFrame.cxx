@@ -64,6 +64,8 @@ bool OffscreenFrame::Allocate(int width, int height, int samples)
 
 bool OffscreenFrame::Begin(vtkOpenGLRenderWindow* window, int width, int height, int samples)
 {
+  this->Owner.ChangeTo(
+    window, [this](vtkWindow* before) { this->ReleaseGraphicsResources(before); });
   this->Window = window;
   this->Single->SetContext(window);
   this->Multi->SetContext(window);

@@ -5,6 +5,8 @@
  */
 #pragma once
 
+#include "Rendering/OpenGL/OwningWindow.h"
+
 #include <vtkNew.h>
 #include <vtkSmartPointer.h>
 
@@ -49,6 +51,7 @@ private:
   void Resolve();
 
   vtkOpenGLRenderWindow* Window = nullptr; // between Begin and End
+  OwningWindow Owner;
   int Samples = 0;
   int Size[2] = { 0, 0 };
   int Viewport[4] = { 0, 0, 0, 0 };

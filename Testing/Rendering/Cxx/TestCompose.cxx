@@ -63,6 +63,37 @@ void Fill(Scene& scene)
   scene.Renderer->AddActor(BlueQuad());
   scene.See(LensCamera());
 }
+
+/// OpenGL objects belong to a context; a pass that moves between windows must not carry them along.
+/// The second window has made other objects before, so that names do not agree by chance.
+void CheckTwoWindows(int lensCells)
+{
+  vtkSmartPointer<vtkImageData> reference;
+  {
+    Scene scene(90, 70);
+    Fill(scene);
+    scene.Pass->GetSplatter()->SetLensCells(lensCells);
+    reference = scene.Render();
+  }
+  auto first = std::make_unique<Scene>(90, 70);
+  Scene second(90, 70, 0, false);
+  Fill(*first);
+  Fill(second);
+  second.Renderer->GetActors()->GetLastActor()->GetProperty()->SetOpacity(0.5);
+  second.Renderer->UseDepthPeelingOn();
+  second.Render();
+  second.Renderer->GetActors()->GetLastActor()->GetProperty()->SetOpacity(1.0);
+  second.Renderer->UseDepthPeelingOff();
+  second.Renderer->SetPass(first->Pass);
+  first->Pass->GetSplatter()->SetLensCells(lensCells);
+  for (int i = 0; i < 3; ++i)
+  {
+    CHECK_NEAR(Compare(first->Render(), reference).Max, 0.0, 0.0);
+    CHECK_NEAR(Compare(second.Render(), reference).Max, 0.0, 0.0);
+  }
+  first = nullptr;
+  CHECK_NEAR(Compare(second.Render(), reference).Max, 0.0, 0.0);
+}
 }
 
 TEST_CASE_FIXTURE(NoMessages, "Delegate inside own steps")
@@ -160,31 +191,12 @@ TEST_CASE_FIXTURE(NoMessages, "Release and render again")
 
 TEST_CASE_FIXTURE(OnlyOfDots, "One pass in two windows")
 {
-  // OpenGL objects belong to a context; a pass that moves between windows must not carry them
-  // along. The second window has made other objects before, so that names do not agree by chance.
-  vtkSmartPointer<vtkImageData> reference;
-  {
-    Scene scene(90, 70);
-    Fill(scene);
-    reference = scene.Render();
-  }
-  auto first = std::make_unique<Scene>(90, 70);
-  Scene second(90, 70, 0, false);
-  Fill(*first);
-  Fill(second);
-  second.Renderer->GetActors()->GetLastActor()->GetProperty()->SetOpacity(0.5);
-  second.Renderer->UseDepthPeelingOn();
-  second.Render();
-  second.Renderer->GetActors()->GetLastActor()->GetProperty()->SetOpacity(1.0);
-  second.Renderer->UseDepthPeelingOff();
-  second.Renderer->SetPass(first->Pass);
-  for (int i = 0; i < 3; ++i)
-  {
-    CHECK_NEAR(Compare(first->Render(), reference).Max, 0.0, 0.0);
-    CHECK_NEAR(Compare(second.Render(), reference).Max, 0.0, 0.0);
-  }
-  first = nullptr;
-  CHECK_NEAR(Compare(second.Render(), reference).Max, 0.0, 0.0);
+  CheckTwoWindows(1);
+}
+
+TEST_CASE_FIXTURE(OnlyOfDots, "One pass in two windows, cells of the lens")
+{
+  CheckTwoWindows(7);
 }
 
 TEST_CASE_FIXTURE(OnlyOfDots, "Life times")
