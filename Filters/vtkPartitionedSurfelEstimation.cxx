@@ -385,9 +385,9 @@ int vtkPartitionedSurfelEstimation::RequestData(vtkInformation* vtkNotUsed(reque
 //------------------------------------------------------------------------------
 void vtkPartitionedSurfelEstimation::WarnOfTroubles()
 {
-  std::string message = ListCounts(
-    { { this->NumberOfNonFinitePoints, "point", "with NaN or infinite coordinates dropped" },
-      { this->NumberOfDuplicatePoints, "duplicate", "dropped" } });
+  std::string message = ListCounts({ { this->NumberOfNonFinitePoints, "point",
+                                       "hidden or with NaN or infinite coordinates dropped" },
+    { this->NumberOfDuplicatePoints, "duplicate", "dropped" } });
   const std::string problem = this->Estimation->GetNormalsProblem();
   if (!problem.empty())
   {

@@ -134,11 +134,12 @@ public:
   ///@{
   /**
    * Counts of the last execution: points that were dropped because a coordinate is NaN, infinite or
-   * beyond 1e17, because an earlier point is at the same place, because they are stray, and because
-   * a second scan has them where the first one has points, once it has moved there; then other
-   * points of the second scan, which were moved, other points that were moved, points that got
-   * another colour, and points that were left because they are no surface, where they fill space:
-   * foliage, or noise of more than two spacings.
+   * beyond 1e17, or they are hidden (HIDDENPOINT in vtkGhostType, as blanked points of grids),
+   * because an earlier point is at the same place, because they are stray, and because a second
+   * scan has them where the first one has points, once it has moved there; then other points of the
+   * second scan, which were moved, other points that were moved, points that got another colour,
+   * and points that were left because they are no surface, where they fill space: foliage, or noise
+   * of more than two spacings.
    */
   vtkGetMacro(NumberOfNonFinitePoints, vtkIdType);
   vtkGetMacro(NumberOfDuplicatePoints, vtkIdType);

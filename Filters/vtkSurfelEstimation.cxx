@@ -275,13 +275,13 @@ bool vtkSurfelEstimation::CheckSettings(vtkPointSet* input)
 //------------------------------------------------------------------------------
 void vtkSurfelEstimation::WarnOfTroubles()
 {
-  std::string message = ListCounts(
-    { { this->NumberOfNonFinitePoints, "point", "with NaN or infinite coordinates dropped" },
-      { this->NumberOfDuplicatePoints, "duplicate", "dropped" },
-      { this->NumberOfIsolatedPoints, "isolated point", "kept with a bounded radius" },
-      { this->NumberOfDegeneratePoints, "point",
-        "with fewer than three neighbours, or all of them on a line: normals arbitrary" },
-      { this->NumberOfInvalidNormals, "given normal", "zero or not finite, estimated instead" } });
+  std::string message = ListCounts({ { this->NumberOfNonFinitePoints, "point",
+                                       "hidden or with NaN or infinite coordinates dropped" },
+    { this->NumberOfDuplicatePoints, "duplicate", "dropped" },
+    { this->NumberOfIsolatedPoints, "isolated point", "kept with a bounded radius" },
+    { this->NumberOfDegeneratePoints, "point",
+      "with fewer than three neighbours, or all of them on a line: normals arbitrary" },
+    { this->NumberOfInvalidNormals, "given normal", "zero or not finite, estimated instead" } });
   const std::string problem = this->GetNormalsProblem();
   if (!problem.empty())
   {

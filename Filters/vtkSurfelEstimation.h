@@ -297,7 +297,8 @@ public:
   ///@{
   /**
    * Counts of the last execution.
-   * - NonFinitePoints: dropped; a coordinate was NaN, infinite or beyond 1e17.
+   * - NonFinitePoints: dropped; a coordinate was NaN, infinite or beyond 1e17, or the point is
+   *   hidden (HIDDENPOINT in vtkGhostType, as blanked points of grids).
    * - DuplicatePoints: dropped; same position as an earlier point.
    * - IsolatedPoints: kept with a bounded radius, see IsolationFactor.
    * - DegeneratePoints: kept; fewer than three neighbours or all of them on a line, so that

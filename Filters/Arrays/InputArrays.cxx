@@ -2,10 +2,13 @@
 #include "Filters/Arrays/InputArrays.h"
 
 #include "vtkDataArray.h"
+#include "vtkDataSetAttributes.h"
 #include "vtkFieldData.h"
 #include "vtkObject.h"
 #include "vtkPointData.h"
-#include "vtkPolyData.h"
+#include "vtkPointSet.h"
+#include "vtkPoints.h"
+#include "vtkUnsignedCharArray.h"
 
 #include <limits>
 
@@ -17,6 +20,46 @@ bool AreVectorsOf(vtkPointSet* points, vtkDataArray* array)
 {
   return array && array->GetNumberOfComponents() == 3 &&
     array->GetNumberOfTuples() == points->GetNumberOfPoints();
+}
+
+bool IsHidden(vtkUnsignedCharArray* ghosts, vtkIdType i)
+{
+  return (ghosts->GetValue(i) & vtkDataSetAttributes::HIDDENPOINT) != 0;
+}
+
+bool HasHidden(vtkPointSet* points)
+{
+  const vtkIdType count = points ? points->GetNumberOfPoints() : 0;
+  vtkUnsignedCharArray* ghosts = count > 0 ? points->GetPointGhostArray() : nullptr;
+  bool hasHidden = false;
+  for (vtkIdType i = 0; ghosts && ghosts->GetNumberOfValues() == count && i < count; ++i)
+  {
+    hasHidden = hasHidden || IsHidden(ghosts, i);
+  }
+  return hasHidden;
+}
+
+/// A copy whose hidden points are nowhere.
+vtkSmartPointer<vtkPointSet> WithoutHidden(vtkPointSet* points)
+{
+  const double nowhere = std::numeric_limits<double>::quiet_NaN();
+  vtkNew<vtkPoints> places;
+  places->SetDataType(points->GetPoints()->GetDataType() == VTK_FLOAT ? VTK_FLOAT : VTK_DOUBLE);
+  places->SetNumberOfPoints(points->GetNumberOfPoints());
+  vtkUnsignedCharArray* ghosts = points->GetPointGhostArray();
+  for (vtkIdType i = 0; i < points->GetNumberOfPoints(); ++i)
+  {
+    double p[3] = { nowhere, nowhere, nowhere };
+    if (!IsHidden(ghosts, i))
+    {
+      points->GetPoint(i, p);
+    }
+    places->SetPoint(i, p);
+  }
+  const auto seen = vtkSmartPointer<vtkPointSet>::Take(points->NewInstance());
+  seen->ShallowCopy(points);
+  seen->SetPoints(places);
+  return seen;
 }
 }
 
@@ -33,6 +76,10 @@ vtkSmartPointer<vtkPointSet> WithFittingArrays(vtkPointSet* points, vtkObject* f
   const vtkIdType count = points ? points->GetNumberOfPoints() : 0;
   const int arrays = points ? points->GetPointData()->GetNumberOfArrays() : 0;
   vtkSmartPointer<vtkPointSet> fitting = points;
+  if (HasHidden(points))
+  {
+    fitting = WithoutHidden(points);
+  }
   std::string others;
   for (int i = arrays - 1; i >= 0; --i)
   {
@@ -43,8 +90,9 @@ vtkSmartPointer<vtkPointSet> WithFittingArrays(vtkPointSet* points, vtkObject* f
     }
     if (others.empty())
     {
-      fitting.TakeReference(points->NewInstance());
-      fitting->ShallowCopy(points);
+      const vtkSmartPointer<vtkPointSet> whole = fitting;
+      fitting.TakeReference(whole->NewInstance());
+      fitting->ShallowCopy(whole);
     }
     fitting->GetPointData()->RemoveArray(i);
     others += (others.empty() ? "" : ", ") +

@@ -25,7 +25,9 @@ std::string CheckNumberOfPoints(vtkIdType points);
 using SurfelSplatting::ReadOrigin;
 
 /// The points; if some of their arrays have not one value for each point, a copy without these, of
-/// which the filter warns. @param points may be null
+/// which the filter warns. Hidden points, such as blanked ones of a grid, have no finite
+/// coordinates in it, so that they are dropped, and rows of depth images stay. @param points may be
+/// null
 vtkSmartPointer<vtkPointSet> WithFittingArrays(vtkPointSet* points, vtkObject* filter);
 
 /// The point array with this name; otherwise the active normals or the point array "Normals". Null

@@ -10,7 +10,9 @@
 #include "vtkSurfelHierarchy.h"
 #include "vtkSurfelNormalization.h"
 
+#include "vtkDataSetAttributes.h"
 #include "vtkIdTypeArray.h"
+#include "vtkUnsignedCharArray.h"
 
 #include <algorithm>
 #include <cmath>
@@ -94,6 +96,37 @@ TEST_CASE("Stray points are removed first")
   CHECK(SameWeights(cleaned, wanted));
   filter->CleanPointsOff();
   CHECK(ByOneFilter(dusty, filter)->GetNumberOfPoints() == count + 20);
+}
+
+/// Blanked points, as those of a grid of which a part was hidden.
+TEST_CASE("Hidden points")
+{
+  const auto data = MakeScene();
+  vtkNew<vtkUnsignedCharArray> ghosts;
+  ghosts->SetName(vtkDataSetAttributes::GhostArrayName());
+  std::vector<Vec> seen;
+  for (vtkIdType i = 0; i < data->GetNumberOfPoints(); ++i)
+  {
+    double p[3];
+    data->GetPoint(i, p);
+    const bool isHidden = p[2] > 0.3;
+    ghosts->InsertNextValue(isHidden ? vtkDataSetAttributes::HIDDENPOINT : 0);
+    if (!isHidden)
+    {
+      seen.push_back({ p[0], p[1], p[2] });
+    }
+  }
+  data->GetPointData()->AddArray(ghosts);
+  vtkNew<vtkPointsToSurfels> filter;
+  filter->BuildHierarchyOff();
+  CHECK(SamePlaces(ByOneFilter(data, filter), ByOneFilter(ToPolyData(seen), filter)));
+  filter->CleanPointsOff();
+  CHECK(SamePlaces(ByOneFilter(data, filter), ByOneFilter(ToPolyData(seen), filter)));
+  vtkNew<vtkPartitionedSurfelEstimation> parts;
+  parts->SetInputData(data);
+  parts->Update();
+  CHECK(parts->GetOutput()->GetNumberOfPoints() == static_cast<vtkIdType>(seen.size()));
+  CHECK(std::isfinite(data->GetPoints()->GetBounds()[5])); // the input is as it was
 }
 
 TEST_CASE("Surfels of the single filters")
