@@ -16,8 +16,9 @@ namespace SurfelSplatting
 {
 namespace
 {
-constexpr int MiddleViewHeight = 120; // px
-constexpr float LeastAlpha = 0.02f;   // of what is seen, as of a volume
+constexpr int MiddleViewHeight = 120;     // px
+constexpr double WidestMiddleView = 16.0; // width over height
+constexpr float LeastAlpha = 0.02f;       // of what is seen, as of a volume
 
 vtkFloatArray* FloatsOf(vtkImageData* picture, const char* name)
 {
@@ -31,9 +32,10 @@ MiddleView::MiddleView(const SceneView& whole)
   this->Camera->SetWindowCenter(0.0, 0.0); // the tiles of a poster have one focus
   this->View.Camera = this->Camera;
   this->View.Lights = whole.Lights;
-  this->View.Size[0] = std::max(1, static_cast<int>(std::lround(MiddleViewHeight * whole.Aspect)));
+  this->View.Aspect = std::min(WidestMiddleView, whole.Aspect); // of strips, the middle
+  this->View.Size[0] =
+    std::max(1, static_cast<int>(std::lround(MiddleViewHeight * this->View.Aspect)));
   this->View.Size[1] = MiddleViewHeight;
-  this->View.Aspect = whole.Aspect;
   std::copy_n(whole.ClippingRange, 2, this->View.ClippingRange);
 }
 

@@ -206,6 +206,12 @@ class TestOptions(ToolCase):
         mapper.SetInputData(reader.GetOutput())
         self.assertEqual(point_at_pixel(renderer, (60, 30)), view.focus_point)
 
+    def test_middle_of_a_strip(self):
+        """The picture that finds it would be wider than pictures can be."""
+        self.render(self.hierarchy, "--position", 0, 0, 6, "--blur", 8, "--size", 5500, 10, "-o", "out.png",
+                    "--save-camera", "out.json")
+        self.assertAlmostEqual(read_view("out.json").focal_distance, 5.0, delta=0.1)
+
     def test_focus_point(self):
         picture, view = self.camera("--focus-point", 0.2, -0.3, 0.4, "--circle-of-confusion", 20)
         self.assertEqual(view.focus_point, (0.2, -0.3, 0.4))

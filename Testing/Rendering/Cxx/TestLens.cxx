@@ -11,6 +11,8 @@
 
 #include <vtkActor.h>
 #include <vtkCamera.h>
+#include <vtkDataArray.h>
+#include <vtkFieldData.h>
 #include <vtkImageData.h>
 #include <vtkMath.h>
 #include <vtkPolyData.h>
@@ -20,6 +22,8 @@
 #include <algorithm>
 #include <cmath>
 #include <vector>
+
+#include <sys/resource.h>
 
 using namespace RenderingTest;
 
@@ -304,6 +308,27 @@ TEST_CASE_FIXTURE(NoMessages, "Focus on the surface in the middle")
   camera->SetFocalDistance(0.0);
   camera->SetFocalPoint(0.0, 0.0, 12.0);
   CHECK(Compare(scene.Render(), onFocalPoint).Max > 20.0);
+}
+
+TEST_CASE_FIXTURE(NoMessages, "Focus in the middle of a strip")
+{
+  // The picture that finds it has no more pixels than usual: 65536 x 1 took 22 GiB and 40 s.
+  vtkNew<vtkSurfelImageRenderer> renderer;
+  renderer->AddActor(SurfelActor(UnitSphere()));
+  renderer->SetCamera(FrontCamera(6.0));
+  renderer->SetSize(20000, 2);
+  vtkSurfelSplatter* splatter = renderer->GetSplatter();
+  splatter->SetLensModeToCircleOfConfusion();
+  splatter->SetCircleOfConfusion(20.0);
+  splatter->SetFocusModeToMiddle();
+  rusage before, after;
+  getrusage(RUSAGE_SELF, &before);
+  renderer->Update();
+  getrusage(RUSAGE_SELF, &after);
+  const double focus =
+    renderer->GetOutput()->GetFieldData()->GetArray("CameraLens")->GetComponent(0, 2);
+  CHECK_NEAR(focus, 5.1, 0.2);
+  CHECK(after.ru_maxrss - before.ru_maxrss < 1 << 20); // KiB
 }
 
 TEST_SUITE_END();

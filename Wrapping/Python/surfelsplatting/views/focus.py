@@ -15,6 +15,7 @@ from .cameras import LARGEST_BLUR, Wishes, check_pixel, dot, subtract
 from .vtkcamera import make_camera, set_lens
 
 SMALL = 120  # px, height of a picture that shows what is in the middle
+WIDEST = 16  # times its height; of strips it shows the middle
 LEAST_SEEN = 0.02  # alpha of what is seen, as of a volume
 ENDS = (1, 99)  # percent of the pixels that are nearer than the near and the far end of a picture
 
@@ -134,7 +135,8 @@ def fronts_of(views, renderer, update=_update):
     size, camera = renderer.GetSize(), renderer.GetCamera()
     fronts = []
     for view in views:
-        renderer.SetSize(max(1, round(SMALL * view.size[0] / view.size[1])), SMALL)
+        aspect = min(WIDEST, view.size[0] / view.size[1])
+        renderer.SetSize(max(1, round(SMALL * aspect)), SMALL)
         renderer.SetCamera(make_camera(view))
         _draw_sharp(renderer, update)
         fronts.append(vtkSurfelSplatter.FindFront(renderer.GetOutput()))
