@@ -289,6 +289,17 @@ void vtkSurfelMapper::RenamePoints(
   }
 }
 
+void vtkSurfelMapper::ShallowCopy(vtkAbstractMapper* mapper)
+{
+  if (vtkSurfelMapper* other = vtkSurfelMapper::SafeDownCast(mapper))
+  {
+    this->SetShowBacks(other->ShowBacks);
+    this->SetPointIdArrayName(other->PointIdArrayName);
+    this->SetCompositeIdArrayName(other->CompositeIdArrayName);
+  }
+  this->Superclass::ShallowCopy(mapper);
+}
+
 void vtkSurfelMapper::ReleaseGraphicsResources(vtkWindow* window)
 {
   this->Dots->Release();

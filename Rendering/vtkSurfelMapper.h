@@ -21,7 +21,7 @@
  * In a renderer without the pass, the mapper draws each surfel as an opaque dot of about the right
  * size, and warns once; dots of Gaussians do not show harmonics. Hardware selection
  * (vtkHardwareSelector, vtkPropPicker) sees the same dots. vtkPointPicker works on the input's
- * points and ignores SurfelOrigin.
+ * points and ignores SurfelOrigin. Clipping planes cut dots, not splats.
  *
  * @sa vtkSurfelSplattingPass vtkSurfelImageRenderer vtkSurfelEstimation
  */
@@ -113,6 +113,7 @@ public:
   }
 #endif
 
+  void ShallowCopy(vtkAbstractMapper* mapper) override;
   void ReleaseGraphicsResources(vtkWindow* window) override;
   bool GetSupportsSelection() override
   {

@@ -33,6 +33,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string>
 
 using namespace RenderingTest;
 
@@ -419,6 +420,20 @@ TEST_CASE_FIXTURE(NoMessages, "Bounds leave out invalid surfels")
       CHECK_NEAR(bounds[2 * i + 1], 1.02, 0.05);
     }
   }
+}
+
+TEST_CASE_FIXTURE(NoMessages, "Copies of a mapper")
+{
+  vtkNew<vtkSurfelMapper> mapper, copy;
+  mapper->SetInputData(UnitSphere());
+  mapper->ShowBacksOn();
+  mapper->SetPointIdArrayName("Id");
+  mapper->SetCompositeIdArrayName("Block");
+  copy->ShallowCopy(mapper);
+  CHECK(copy->GetInput() == mapper->GetInput());
+  CHECK(copy->GetShowBacks());
+  CHECK(copy->GetPointIdArrayName() == std::string("Id"));
+  CHECK(copy->GetCompositeIdArrayName() == std::string("Block"));
 }
 
 TEST_CASE_FIXTURE(NoMessages, "Nothing is drawn of nothing")
