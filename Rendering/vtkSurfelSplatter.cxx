@@ -239,9 +239,10 @@ void vtkSurfelSplatter::RenderPicture(const SceneItems& items, const SceneView& 
 {
   const auto start = std::chrono::steady_clock::now();
   this->MakeContext(view);
-  this->Internal->Warnings.Tell(view,
-    std::isfinite(this->Cutoff + this->Prefilter + this->LODError),
-    [this](const char* text) { vtkWarningMacro(<< text); });
+  const auto warn = [this](const char* text) { vtkWarningMacro(<< text); };
+  this->Internal->Warnings.Tell(
+    view, std::isfinite(this->Cutoff + this->Prefilter + this->LODError), warn);
+  this->Internal->Warnings.TellOfPlanes(items, warn);
   SurfelSplatting::FrameKey key = this->MakeKey(items, view);
   this->NumberOfPreparedSurfels = 0;
   SurfelSplatting::Ranks* ranks = this->GetRanks();

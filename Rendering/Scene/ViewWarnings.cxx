@@ -4,7 +4,9 @@
 #include "Rendering/Scene/SceneView.h"
 
 #include <vtkCamera.h>
+#include <vtkPlaneCollection.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace SurfelSplatting
@@ -58,5 +60,19 @@ void ViewWarnings::Tell(const SceneView& view, bool areFinite, const Warn& warn)
         "projection with SetExplicitProjectionTransformMatrix()."
       : nullptr,
     this->ToldOffAxis);
+}
+
+void ViewWarnings::TellOfPlanes(const std::vector<SceneItem>& items, const Warn& warn)
+{
+  const bool havePlanes = std::any_of(items.begin(), items.end(), [](const SceneItem& item) {
+    vtkPlaneCollection* planes = item.Mapper->GetClippingPlanes();
+    return planes && planes->GetNumberOfItems() > 0;
+  });
+  if (havePlanes && !this->ToldPlanes)
+  {
+    this->ToldPlanes = true;
+    warn("Clipping planes of a mapper do not cut surfels: cut their points before they become "
+         "surfels, for example with vtkClipPolyData.");
+  }
 }
 }

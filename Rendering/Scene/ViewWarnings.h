@@ -5,9 +5,11 @@
 #pragma once
 
 #include <functional>
+#include <vector>
 
 namespace SurfelSplatting
 {
+struct SceneItem;
 struct SceneView;
 
 class ViewWarnings
@@ -19,7 +21,10 @@ public:
   /// @param areFinite whether the splatter's settings are: VTK's macros keep NaN
   void Tell(const SceneView& view, bool areFinite, const Warn& warn);
 
+  /// Warns of mappers with clipping planes; once.
+  void TellOfPlanes(const std::vector<SceneItem>& items, const Warn& warn);
+
 private:
-  bool ToldParallel = false, ToldOffAxis = false, ToldNotFinite = false;
+  bool ToldParallel = false, ToldOffAxis = false, ToldNotFinite = false, ToldPlanes = false;
 };
 }

@@ -16,6 +16,7 @@
 #include <vtkFieldData.h>
 #include <vtkFloatArray.h>
 #include <vtkImageData.h>
+#include <vtkPlane.h>
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
 #include <vtkPolyDataMapper.h>
@@ -238,6 +239,23 @@ TEST_CASE_FIXTURE(NoMessages, "Image renderer settings")
   // The actor's mapper is taken away after it was added.
   without->SetMapper(nullptr);
   renderer->Update();
+}
+
+TEST_CASE_FIXTURE(NoMessages, "Clipping planes of a mapper")
+{
+  Scene scene(60, 60);
+  vtkSmartPointer<vtkActor> actor = SurfelActor(UnitSphere());
+  scene.Renderer->AddActor(actor);
+  scene.See(FrontCamera(5.0));
+  scene.Render();
+  CHECK(TakeMessages().empty());
+  vtkNew<vtkPlane> plane;
+  actor->GetMapper()->AddClippingPlane(plane);
+  scene.Render();
+  Contains(TakeMessages(), "vtkClipPolyData");
+  plane->SetOrigin(0.1, 0, 0);
+  scene.Render();
+  CHECK(TakeMessages().empty()); // once
 }
 
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) // which need the address space
