@@ -98,10 +98,11 @@ vtkDataArray* FindComputed(
     static_cast<std::size_t>(array->GetNumberOfTuples()) == tuples &&
     static_cast<std::size_t>(array->GetNumberOfComponents()) * array->GetDataTypeSize() ==
       bytesPerTuple;
-  if (!matches)
-  {
-    return nullptr;
-  }
+  return matches && !IsOutdated(input, array) ? array : nullptr;
+}
+
+bool IsOutdated(vtkPolyData* input, vtkAbstractArray* computed)
+{
   vtkPointData* data = input->GetPointData();
   for (vtkAbstractArray* source :
     { static_cast<vtkAbstractArray*>(input->GetPoints()->GetData()),
@@ -113,11 +114,11 @@ vtkDataArray* FindComputed(
       data->GetAbstractArray(Arrays::GaussianNormal),
       input->GetFieldData()->GetAbstractArray(Arrays::Nodes) })
   {
-    if (source && source->GetMTime() > array->GetMTime())
+    if (source && source->GetMTime() > computed->GetMTime())
     {
-      return nullptr;
+      return true;
     }
   }
-  return array;
+  return false;
 }
 }

@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <string>
 
+class vtkAbstractArray;
 class vtkDataArray;
 class vtkPolyData;
 class vtkUnsignedCharArray;
@@ -44,4 +45,8 @@ LeafPlacement FindPlacement(vtkPolyData* input, const SurfelCloud& leaves);
 /// @param tuples number of them
 vtkDataArray* FindComputed(
   vtkPolyData* input, const char* name, std::size_t bytesPerTuple, std::size_t tuples);
+
+/// Whether any array that nodes are computed from, or that of the nodes, was modified after
+/// another.
+bool IsOutdated(vtkPolyData* input, vtkAbstractArray* computed);
 }

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Rendering/Scene/HierarchyCache.h"
 
-#include "Core/Hierarchy/SheetOverlap.h"
 #include "Core/Hierarchy/HierarchyBuilder.h"
+#include "Core/Hierarchy/NodeCheck.h"
 #include "Core/Hierarchy/NodeColors.h"
 #include "Core/Hierarchy/NodeHarmonics.h"
+#include "Core/Hierarchy/SheetOverlap.h"
 #include "Core/Surfels/SurfelArrays.h"
 #include "Rendering/Scene/MappedArrays.h"
 #include "SurfelData/HierarchyArrays.h"
@@ -70,6 +71,7 @@ std::string HierarchyCache::Examine(
   this->ColorState = State();
   this->LeafCovariances.clear();
   this->HasUncovered = false;
+  this->Nodes.Clear();
   if (this->Placement.Kind == LeafPlacement::Other)
   {
     this->Warning =
@@ -79,6 +81,7 @@ std::string HierarchyCache::Examine(
     return std::string();
   }
   this->UseSettled(cloud);
+  this->RemakeNodes(input, layout, executor, cloud);
   this->Bounds = areStored
     ? ClusterBounds(layout, ValuesOf<ClusterBounds::Node>(clusters), ValuesOf<NodeExtent>(extents))
     : ClusterBounds(cloud, layout, executor);
@@ -128,6 +131,18 @@ void HierarchyCache::UseSettled(SurfelCloud& cloud) const
   if (!this->SettledAreas.empty())
   {
     cloud.AreaVectors = this->SettledAreas.data();
+  }
+}
+
+/// Makes new nodes if those of the input are no longer those of its kernels.
+void HierarchyCache::RemakeNodes(
+  vtkPolyData* input, const HierarchyLayout& layout, const Executor& executor, SurfelCloud& cloud)
+{
+  if (IsOutdated(input, FindNodes(input, layout)) && !AreNodesOfKernels(cloud, layout, executor))
+  {
+    this->Nodes.Resize(layout.NumberOfInnerNodes());
+    FillNodes(cloud, layout, executor, this->Nodes.Data());
+    cloud.Nodes = this->Nodes.Data();
   }
 }
 
@@ -183,6 +198,7 @@ std::string HierarchyCache::Update(vtkPolyData* input, vtkDataArray* colors, boo
     cloud.Nodes = nullptr;
     return std::string();
   }
+  cloud.Nodes = this->Nodes.Size() > 0 ? this->Nodes.Data() : cloud.Nodes;
   this->UseSettled(cloud);
   if (colors && colors->GetMTime() > this->StoredTime && FindArrayFile(colors))
   {

@@ -35,9 +35,10 @@ public:
    * empty string, or what is wrong with the input and what to do. Throws DamagedMemory if the input
    * is from a file that is damaged.
    *
-   * Where an affine map has moved the points, the cloud gets their old places, and the map becomes
-   * its LocalToWorld. If points were selected, or moved otherwise, the cloud gets no nodes:
-   * TakeWarning.
+   * Where opacities, areas or covariances were changed behind vtkSurfelHierarchy, the cloud gets
+   * nodes of its own. Where an affine map has moved the points, the cloud gets their old places,
+   * and the map becomes its LocalToWorld. If points were selected, or moved otherwise, the cloud
+   * gets no nodes: TakeWarning.
    * @param colors   of all surfels, or null
    * @param paperCut whether the paper's rule chooses the level of detail; it needs leaf covariances
    */
@@ -61,6 +62,8 @@ private:
   std::string Examine(vtkPolyData* input, const Executor& executor, SurfelCloud& cloud);
   void Settle(const SurfelCloud& moved, const Executor& executor);
   void UseSettled(SurfelCloud& cloud) const;
+  void RemakeNodes(vtkPolyData* input, const HierarchyLayout& layout, const Executor& executor,
+    SurfelCloud& cloud);
   void CheckFile(const Executor& executor) const;
   const NodeColor* UpdateColors(vtkPolyData* input, vtkDataArray* colors,
     const HierarchyLayout& layout, const Executor& executor, const SurfelCloud& cloud);
@@ -79,6 +82,7 @@ private:
   State InputState, ColorState, HarmonicsState;
   LeafPlacement Placement;
   std::vector<float> SettledPoints, SettledAreas; ///< where the nodes know them; empty: the input's
+  Buffer<HierarchyNode> Nodes; ///< if the input's are no longer those of its surfels; else empty
   std::string Warning;
   ClusterBounds Bounds;
   Buffer<NodeColor> Colors;

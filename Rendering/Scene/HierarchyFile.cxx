@@ -3,11 +3,12 @@
 
 #include "Core/Files/ArrayFileWriter.h"
 #include "Core/Hierarchy/ClusterBounds.h"
-#include "Core/Hierarchy/SheetOverlap.h"
 #include "Core/Hierarchy/HierarchyBuilder.h"
 #include "Core/Hierarchy/KdTreeOrder.h"
 #include "Core/Hierarchy/LeafPlacement.h"
+#include "Core/Hierarchy/NodeCheck.h"
 #include "Core/Hierarchy/NodeColors.h"
+#include "Core/Hierarchy/SheetOverlap.h"
 #include "Core/Surfels/SurfelArrays.h"
 #include "Core/Surfels/SurfelSamples.h"
 #include "Rendering/Scene/CloudAdapter.h"
@@ -379,6 +380,17 @@ vtkSmartPointer<vtkPolyData> Settled(vtkPolyData* input)
   settled->GetFieldData()->AddArray(moved);
   return settled;
 }
+
+/// Whether the nodes of a hierarchy are still those of its surfels.
+bool HasOwnNodes(vtkPolyData* input, const Executor& executor)
+{
+  const HierarchyLayout layout = ReadLayout(input);
+  SurfelCloudSource source;
+  SetSurfels(input, source);
+  source.Cloud.Nodes = NodesOf(input, layout);
+  return !IsOutdated(input, FindNodes(input, layout)) ||
+    AreNodesOfKernels(source.Cloud, layout, executor);
+}
 }
 
 std::vector<std::string> ArraysLeftOut(vtkPolyData* input)
@@ -424,8 +436,12 @@ std::uint64_t WriteHierarchy(vtkPolyData* input, const std::string& path, const 
   }
   if (isHierarchy)
   {
-    Contents(Settled(input), nullptr).Write(path, executor);
-    return 0;
+    const vtkSmartPointer<vtkPolyData> settled = Settled(input);
+    if (HasOwnNodes(settled, executor))
+    {
+      Contents(settled, nullptr).Write(path, executor);
+      return 0;
+    }
   }
   SurfelCloudSource source;
   SetSurfels(input, source);

@@ -4,6 +4,7 @@
  * a wide blur against pinholes.
  */
 #include "Core/Hierarchy/CaptureOverlap.h"
+#include "Core/Hierarchy/NodeCheck.h"
 #include "Core/Surfels/NodePacking.h"
 #include "TestScene.h"
 #include "Testing/Shared/Check.h"
@@ -114,6 +115,7 @@ TEST_CASE("Patches of a wall")
   {
     const TestHierarchy wall(MakeWall(times));
     const SurfelCloud cloud = wall.Get();
+    CHECK(AreNodesOfKernels(cloud, wall.Order.Layout, SerialExecutor()));
     double kept = 0.0;
     const std::uint64_t patches = wall.Order.Layout.NumberOfLeaves() / 4;
     for (std::uint64_t j = 0; j < patches; ++j)

@@ -6,6 +6,7 @@
 #include "Core/Base/KeySelection.h"
 #include "Core/Base/ThreadExecutor.h"
 #include "Core/Hierarchy/KdTreeOrder.h"
+#include "Core/Hierarchy/NodeCheck.h"
 #include "Core/Surfels/NodeMoments.h"
 #include "Core/Surfels/NodePacking.h"
 #include "TestScene.h"
@@ -288,6 +289,31 @@ TEST_CASE("Moments")
       }
     }
   }
+}
+
+/// Nodes are known for those of other kernels, however few these are.
+TEST_CASE("Nodes of kernels that have changed")
+{
+  const auto make = [] {
+    Random random(1);
+    return TestHierarchy(BallAndSheet(700, random));
+  };
+  const auto areOfKernels = [](const TestHierarchy& h) {
+    return AreNodesOfKernels(h.Get(), h.Order.Layout, SerialExecutor());
+  };
+  CHECK(areOfKernels(make()));
+  TestHierarchy moved = make(), wider = make(), larger = make(), fainter = make();
+  for (float& x : moved.Positions)
+  {
+    x += 3.0f;
+  }
+  CHECK(areOfKernels(moved)); // LeafPlacement.h is for that
+  wider.Covariances[6 * 300] *= 1.2f;
+  CHECK(!areOfKernels(wider));
+  larger.AreaVectors[3 * 1000] += 0.1f;
+  CHECK(!areOfKernels(larger));
+  fainter.Opacities[1399] *= 0.8f;
+  CHECK(!areOfKernels(fainter));
 }
 
 /// Front-facing area of the ball, sum max(0, -A.v), from many sides: that of the leaves at levels

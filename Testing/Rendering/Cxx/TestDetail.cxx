@@ -22,9 +22,13 @@
 #include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
 #include <vtkSurfelHierarchy.h>
+#include <vtkSurfelHierarchyReader.h>
+#include <vtkSurfelHierarchyWriter.h>
 #include <vtkUnsignedCharArray.h>
 
 #include <cmath>
+#include <cstdio>
+#include <string>
 
 using namespace RenderingTest;
 
@@ -138,6 +142,40 @@ TEST_CASE_FIXTURE(NoMessages, "Table colors are averaged not scalars")
   CHECK(splatter->GetNumberOfPreparedSurfels() == 20000);
   CHECK_NEAR(At(renderer->GetOutput(), 50, 50, 0), 1.0, 0.1);
   CHECK_NEAR(At(renderer->GetOutput(), 50, 50, 2), 0.5, 0.1);
+}
+
+/// As filters and users do behind vtkSurfelHierarchy, who know nothing of its nodes.
+TEST_CASE_FIXTURE(NoMessages, "Values of surfels that change later")
+{
+  const vtkSmartPointer<vtkPolyData> whole = HierarchyOf(StripedSphere());
+  vtkNew<vtkPolyData> changed;
+  changed->ShallowCopy(whole);
+  vtkNew<vtkFloatArray> opacities;
+  opacities->SetName("SurfelOpacity");
+  for (vtkIdType i = 0; i < whole->GetNumberOfPoints(); ++i)
+  {
+    opacities->InsertNextValue(whole->GetPoint(i)[0] > 0.0 ? 1.0f : 0.25f);
+  }
+  changed->GetPointData()->AddArray(opacities);
+  vtkNew<vtkSurfelImageRenderer> renderer;
+  vtkSmartPointer<vtkCamera> camera = LensCamera(0.4);
+  const auto before = Picture(renderer, whole, camera);
+  const vtkSmartPointer<vtkImageData> wanted = Picture(renderer, HierarchyOf(changed), camera);
+  CHECK(Compare(before, wanted).Max > 0.5);
+  CHECK(Compare(Picture(renderer, changed, camera), wanted).Max < 0.02);
+  CHECK(renderer->GetSplatter()->GetNumberOfChosenNodes() < 20000);
+
+  vtkNew<vtkSurfelHierarchyWriter> writer;
+  vtkNew<vtkSurfelHierarchyReader> reader;
+  const std::string path = "TestDetail.surfels";
+  writer->SetFileName(path.c_str());
+  writer->SetInputData(changed);
+  CHECK(writer->Write() == 1);
+  reader->SetFileName(path.c_str());
+  reader->Update();
+  CHECK(Compare(Picture(renderer, reader->GetOutput(), camera), wanted).Max < 0.02);
+  CHECK(Compare(Picture(renderer, whole, camera), before).Max == 0.0);
+  std::remove(path.c_str());
 }
 
 TEST_CASE_FIXTURE(NoMessages, "Orbit prepares nothing")
