@@ -4,6 +4,7 @@
 import importlib.util
 import json
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -113,6 +114,25 @@ class TestBadInput(ToolCase):
         write("names.ply", content.replace(b"uchar red", b"uchar \xff\xfe"))
         self.render("names.ply", *SMALL, "-o", "names.png")
         self.assertIn("\\xff\\xfe: scalars, unsigned char", self.info("names.ply"))
+
+    def test_file_names_that_are_no_text(self):
+        """As of disks that were written with another encoding."""
+        for name in (b"caf\xe9.ply", b"caf\xe9.vtp"):
+            cloud = os.fsdecode(name)
+            if name.endswith(b".ply"):
+                shutil.copy("ok.ply", cloud)
+            else:
+                self.render("ok.ply", *SMALL, "-o", "ok.png", "--surfels", cloud)
+            self.render(cloud, *SMALL, "-o", cloud + ".png", "--hierarchy", cloud + ".surfels")
+            self.render(cloud + ".surfels", *SMALL, "-o", cloud + ".exr")
+            self.assertTrue(os.path.exists(name + b".png") and os.path.exists(name + b".exr"))
+            self.assertIn(r"caf\udce9", self.run_tool("info", cloud).stdout)
+
+    def test_pipes(self):
+        with subprocess.Popen(["cat", "ok.ply"], stdout=subprocess.PIPE) as cat:
+            result = self.run_tool("render", "/dev/stdin", *SMALL, "-o", "x.png", stdin=cat.stdout)
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("/dev/stdin is no file but a pipe", result.stderr)
 
     def test_clouds_without_points(self):
         write_ply("none.ply", np.zeros((0, 3)))

@@ -34,6 +34,7 @@ def main(words=None):
 def run():
     """The program. It ends without destructors: those of a cloud of a million points and of the
     libraries take 40 ms."""
+    sys.stdout.reconfigure(errors="backslashreplace")  # as stderr: names of files may be no text
     code = main()
     with suppress(BrokenPipeError):  # what was printed before an error
         sys.stdout.flush()

@@ -100,7 +100,7 @@ def _write(writer, data, path, messages):
     """By a writer that itself never leaves an incomplete file, but needs a file in which it can seek."""
     writer.SetInputData(data)
     with whole_file(path) if _is_device(path) else nullcontext(path) as name:
-        writer.SetFileName(name)
+        writer.SetFileName(os.fsencode(name))
         writer.Write()
         messages.check()
 
@@ -142,7 +142,7 @@ def write_polydata(data, path):
     writer.SetHeaderTypeToUInt64()  # an array may pass 4 GiB
     writer.SetCompressorTypeToNone()  # floats hardly shrink, and zlib takes longer than splatting
     writer.SetEncodeAppendedData(False)
-    writer.SetFileName(path)
+    writer.SetFileName(os.fsencode(path))
     return bool(writer.Write()) and not writer.GetErrorCode()
 
 

@@ -40,7 +40,7 @@ def _use_colors(cloud):
 def _make_reader(path):
     module, name = _READERS[os.path.splitext(path)[1].lower()]
     reader = getattr(vtk(module), name)()
-    reader.SetFileName(path)
+    reader.SetFileName(os.fsencode(path))
     if name == "vtkDataSetReader":
         for kind in ("Scalars", "Vectors", "Normals", "ColorScalars", "Fields"):
             getattr(reader, "ReadAll" + kind + "On")()

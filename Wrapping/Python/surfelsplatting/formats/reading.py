@@ -27,7 +27,7 @@ def _of_vertices(data, how=""):
 
 def _updated(reader, path, messages, progress):
     """-> the reader of VTK's kind, which has read the file"""
-    reader.SetFileName(path)
+    reader.SetFileName(os.fsencode(path))  # names on old disks may be no UTF-8
     progress.update(reader, "reading")
     messages.check()
     return reader
@@ -65,7 +65,7 @@ def _read_sog(path, _messages, _progress):
 
 
 def _read_ply(path, messages, progress):
-    read = _read_capture if vtkGaussianSplatReader.CanReadFile(path) else _read_scan
+    read = _read_capture if vtkGaussianSplatReader.CanReadFile(os.fsencode(path)) else _read_scan
     return read(path, messages, progress)
 
 
@@ -233,6 +233,9 @@ def _check_file(path):
         raise UserProblem(f"{path} is a folder; give a point cloud file, or several{example}")
     if not os.path.exists(path):
         raise UserProblem(f"{path} does not exist{_meant(path)}")
+    if not os.path.isfile(path):
+        raise UserProblem(f"{path} is no file but a pipe or a device, which can be read only once; save what "
+                          "it gives in a file first")
     if not os.access(path, os.R_OK):
         raise UserProblem(f"{path} is not readable; check its permissions")
 

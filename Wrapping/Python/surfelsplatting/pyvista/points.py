@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Which points of a data set surfels are made of, and by which of their arrays they are coloured."""
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -28,7 +29,7 @@ def as_dataset(cloud):
     if isinstance(cloud, np.ndarray):
         return pv.PolyData(point_rows(cloud))
     if isinstance(cloud, (str, Path)):
-        is_capture = vtkGaussianSplatReader.CanReadFile(str(cloud))  # PyVista reads .ply as a mesh
+        is_capture = vtkGaussianSplatReader.CanReadFile(os.fsencode(cloud))  # PyVista reads .ply as a mesh
         return read_capture(cloud) if is_capture else as_dataset(pv.read(cloud))
     if isinstance(cloud, (pv._vtk.vtkDataSet, pv._vtk.vtkMultiBlockDataSet)):
         return as_one(pv.wrap(cloud))

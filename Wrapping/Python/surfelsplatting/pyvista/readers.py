@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pyvista as pv
@@ -203,7 +204,7 @@ def read_text(path: str) -> pv.PolyData:
 
 
 def _read(reader, path):
-    reader.SetFileName(str(path))
+    reader.SetFileName(os.fsencode(path))
     update(reader, str(path))
     return pv.wrap(reader.GetOutput())
 
