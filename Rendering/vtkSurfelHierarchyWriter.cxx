@@ -125,6 +125,7 @@ int vtkSurfelHierarchyWriter::Write()
     this->ReportError(vtkErrorCode::UnknownError, "there are no surfels; set the input first");
     return 0;
   }
+  this->SetErrorCode(vtkErrorCode::UnknownError); // stays if a filter before this one fails
   // Every call writes, whether or not the input has changed.
   this->Modified();
   this->Update();

@@ -43,6 +43,7 @@ void vtkEXRWriterBase::Write()
     vtkErrorMacro("There is no picture to write: set the input first.");
     return;
   }
+  this->SetErrorCode(vtkErrorCode::UnknownError); // stays if a filter before this one fails
   // Every call writes, whether or not the input has changed.
   this->Modified();
   this->UpdateWholeExtent();

@@ -9,7 +9,7 @@ import numpy as np
 from vtkmodules.util.numpy_support import numpy_to_vtk
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
-from surfelsplatting import vtkSurfelEXRWriter
+from surfelsplatting import vtkDeepEXRWriter, vtkSurfelEXRWriter, vtkSurfelImageRenderer
 from surfelsplatting.vtkarrays import named_array
 from toolcase import ToolCase
 
@@ -113,6 +113,17 @@ class TestEXRWriter(ToolCase):
         unconnected = self.writer(image)
         unconnected.RemoveAllInputs()
         self.refuse_to_write(unconnected, "input")
+
+    def test_input_that_cannot_be_made(self):
+        """Nothing is written then, which the writer has to say."""
+        for kind in (vtkSurfelEXRWriter, vtkDeepEXRWriter):
+            renderer, writer = vtkSurfelImageRenderer(), kind()
+            self.note_errors(renderer)  # there is no camera
+            writer.SetInputConnection(renderer.GetOutputPort())
+            writer.SetFileName("out.exr")
+            writer.Write()
+            self.assertNotEqual(writer.GetErrorCode(), 0)
+            self.assertEqual((len(self.errors), os.listdir(".")), (1, []))
 
     def test_arrays_of_another_length(self):
         """They are no channels: what lies behind them in the memory is written nowhere."""

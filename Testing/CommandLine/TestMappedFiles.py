@@ -385,6 +385,18 @@ class TestMappedFiles(ToolCase):
         self.assertEqual(writer.GetErrorCode(), DISK_FULL)
         self.assertEqual(os.listdir("."), [])
 
+    def test_input_that_cannot_be_made(self):
+        """Nothing is written then, which the writer has to say."""
+        reader, writer = vtkSurfelHierarchyReader(), vtkSurfelHierarchyWriter()
+        self.note_errors(reader)
+        writer.GetExecutive().AddObserver("ErrorEvent", lambda *_: None)
+        reader.SetFileName("missing.surfels")
+        writer.SetInputConnection(reader.GetOutputPort())
+        writer.SetFileName("a.surfels")
+        self.assertEqual(writer.Write(), 0)
+        self.assertEqual(writer.GetErrorCode(), UNKNOWN)
+        self.assertEqual((len(self.errors), os.listdir(".")), (1, []))
+
 
 if __name__ == "__main__":
     unittest.main()
