@@ -19,6 +19,7 @@ NodeMoments KernelMoments(const SurfelCloud& tree, std::size_t i)
 {
   NodeMoments m;
   m.Area = tree.Area(i);
+  m.AreaVector = tree.AreaVector(i);
   m.Position = tree.Position(i);
   m.Covariance = tree.Covariance(i);
   m.Opacity = tree.OwnOpacity(i);
@@ -36,11 +37,20 @@ bool HasChanged(double before, double now)
   return std::abs(now - before) > UnseenChange * std::fmax(std::abs(now), std::abs(before));
 }
 
+/// The signs of area vectors of two-sided nodes have no meaning.
+bool HasTurned(const NodeMoments& before, const NodeMoments& now, bool isTwoSided)
+{
+  const double unseen = UnseenChange * now.Area;
+  return Norm(now.AreaVector - before.AreaVector) > unseen &&
+    (!isTwoSided || Norm(now.AreaVector + before.AreaVector) > unseen);
+}
+
 bool IsNodeOf(const SurfelCloud& tree, std::size_t node, const NodeMoments& leaves)
 {
   const NodeMoments stored = KernelMoments(tree, node);
   return !HasChanged(stored.Area, leaves.Area) && !HasChanged(WidthOf(stored), WidthOf(leaves)) &&
-    !(std::abs(stored.Opacity - leaves.Opacity) > UnseenChange);
+    !(std::abs(stored.Opacity - leaves.Opacity) > UnseenChange) &&
+    (tree.IsInSpace() || !HasTurned(stored, leaves, tree.IsTwoSided(node)));
 }
 }
 
@@ -68,5 +78,17 @@ bool AreNodesOfKernels(
     });
   }
   return same;
+}
+
+bool AreSidesOfTrees(const SurfelCloud& leaves, const HierarchyLayout& layout)
+{
+  for (std::size_t i = 0; i < layout.NumberOfLeaves(); ++i)
+  {
+    if (leaves.IsTwoSided(i) != (i >= layout.NumberOfLeaves(HierarchyLayout::OneSided)))
+    {
+      return false;
+    }
+  }
+  return true;
 }
 }

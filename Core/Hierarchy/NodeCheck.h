@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * Whether a hierarchy's nodes are still those of its leaves. Filters and users may change the
- * opacities, areas and covariances of surfels, and know nothing of the nodes.
+ * opacities, areas, covariances and sides of surfels, and know nothing of the nodes.
  */
 #pragma once
 
@@ -11,9 +11,12 @@
 
 namespace SurfelSplatting
 {
-/// Compares the nodes of the lowest level with the kernels of the leaves below them. Where they
-/// are, and which side they face, does not count; see LeafPlacement.h.
+/// Compares the nodes of the lowest level with the kernels of the leaves below them. Where they are
+/// does not count; see LeafPlacement.h.
 /// @param tree leaves and nodes
 bool AreNodesOfKernels(
   const SurfelCloud& tree, const HierarchyLayout& layout, const Executor& executor);
+
+/// Whether the one-sided and the two-sided surfels are still in the tree of their kind.
+bool AreSidesOfTrees(const SurfelCloud& leaves, const HierarchyLayout& layout);
 }

@@ -81,7 +81,10 @@ std::string HierarchyCache::Examine(
     return std::string();
   }
   this->UseSettled(cloud);
-  this->RemakeNodes(input, layout, executor, cloud);
+  if (!this->RemakeNodes(input, layout, executor, cloud))
+  {
+    return std::string();
+  }
   this->Bounds = areStored
     ? ClusterBounds(layout, ValuesOf<ClusterBounds::Node>(clusters), ValuesOf<NodeExtent>(extents))
     : ClusterBounds(cloud, layout, executor);
@@ -134,16 +137,30 @@ void HierarchyCache::UseSettled(SurfelCloud& cloud) const
   }
 }
 
-/// Makes new nodes if those of the input are no longer those of its kernels.
-void HierarchyCache::RemakeNodes(
+/// Makes new nodes if those of the input are no longer those of its kernels. False, and the surfels
+/// are drawn without nodes, if they are no longer in the trees of their sides.
+bool HierarchyCache::RemakeNodes(
   vtkPolyData* input, const HierarchyLayout& layout, const Executor& executor, SurfelCloud& cloud)
 {
-  if (IsOutdated(input, FindNodes(input, layout)) && !AreNodesOfKernels(cloud, layout, executor))
+  if (!IsOutdated(input, FindNodes(input, layout)))
+  {
+    return true;
+  }
+  if (!AreSidesOfTrees(cloud, layout))
+  {
+    this->Placement.Kind = LeafPlacement::Other;
+    this->Warning = std::string("The point array ") + Arrays::TwoSided +
+      " of the hierarchy was changed: the surfels are drawn without level of detail. Put "
+      "vtkSurfelHierarchy after what changes it.";
+    return false;
+  }
+  if (!AreNodesOfKernels(cloud, layout, executor))
   {
     this->Nodes.Resize(layout.NumberOfInnerNodes());
     FillNodes(cloud, layout, executor, this->Nodes.Data());
     cloud.Nodes = this->Nodes.Data();
   }
+  return true;
 }
 
 void HierarchyCache::NoteSelection(vtkPolyData* input)

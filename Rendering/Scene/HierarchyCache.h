@@ -62,7 +62,7 @@ private:
   std::string Examine(vtkPolyData* input, const Executor& executor, SurfelCloud& cloud);
   void Settle(const SurfelCloud& moved, const Executor& executor);
   void UseSettled(SurfelCloud& cloud) const;
-  void RemakeNodes(vtkPolyData* input, const HierarchyLayout& layout, const Executor& executor,
+  bool RemakeNodes(vtkPolyData* input, const HierarchyLayout& layout, const Executor& executor,
     SurfelCloud& cloud);
   void CheckFile(const Executor& executor) const;
   const NodeColor* UpdateColors(vtkPolyData* input, vtkDataArray* colors,

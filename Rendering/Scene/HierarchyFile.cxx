@@ -389,7 +389,7 @@ bool HasOwnNodes(vtkPolyData* input, const Executor& executor)
   SetSurfels(input, source);
   source.Cloud.Nodes = NodesOf(input, layout);
   return !IsOutdated(input, FindNodes(input, layout)) ||
-    AreNodesOfKernels(source.Cloud, layout, executor);
+    (AreSidesOfTrees(source.Cloud, layout) && AreNodesOfKernels(source.Cloud, layout, executor));
 }
 }
 

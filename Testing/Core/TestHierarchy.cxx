@@ -302,7 +302,7 @@ TEST_CASE("Nodes of kernels that have changed")
     return AreNodesOfKernels(h.Get(), h.Order.Layout, SerialExecutor());
   };
   CHECK(areOfKernels(make()));
-  TestHierarchy moved = make(), wider = make(), larger = make(), fainter = make();
+  TestHierarchy moved = make(), wider = make(), larger = make(), turned = make(), fainter = make();
   for (float& x : moved.Positions)
   {
     x += 3.0f;
@@ -312,6 +312,19 @@ TEST_CASE("Nodes of kernels that have changed")
   CHECK(!areOfKernels(wider));
   larger.AreaVectors[3 * 1000] += 0.1f;
   CHECK(!areOfKernels(larger));
+  for (int c = 0; c < 3; ++c)
+  {
+    turned.AreaVectors[3 * 1000 + c] *= -1.0f; // of the two-sided tree, where signs mean nothing
+  }
+  CHECK(areOfKernels(turned));
+  for (int c = 0; c < 3; ++c)
+  {
+    turned.AreaVectors[3 * 300 + c] *= -1.0f;
+  }
+  CHECK(!areOfKernels(turned));
+  CHECK(AreSidesOfTrees(turned.Get(), turned.Order.Layout));
+  turned.TwoSided[300] = 1;
+  CHECK(!AreSidesOfTrees(turned.Get(), turned.Order.Layout));
   fainter.Opacities[1399] *= 0.8f;
   CHECK(!areOfKernels(fainter));
 }

@@ -176,6 +176,17 @@ TEST_CASE_FIXTURE(NoMessages, "Values of surfels that change later")
   CHECK(Compare(Picture(renderer, reader->GetOutput(), camera), wanted).Max < 0.02);
   CHECK(Compare(Picture(renderer, whole, camera), before).Max == 0.0);
   std::remove(path.c_str());
+
+  // Other sides need other trees.
+  changed->GetPointData()->RemoveArray("SurfelOpacity");
+  vtkNew<vtkUnsignedCharArray> sides;
+  sides->SetName("SurfelTwoSided");
+  sides->SetNumberOfTuples(whole->GetNumberOfPoints());
+  sides->FillValue(1);
+  changed->GetPointData()->AddArray(sides);
+  const auto both = Picture(renderer, changed, camera);
+  CHECK(TakeMessages().find("Put vtkSurfelHierarchy after") != std::string::npos);
+  CHECK(Compare(both, Picture(renderer, HierarchyOf(changed), camera)).Mean < 0.01);
 }
 
 TEST_CASE_FIXTURE(NoMessages, "Orbit prepares nothing")
