@@ -15,10 +15,6 @@ namespace
 alignas(
   64) constexpr float Ramp[LaneCount] = { 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15 };
 
-/// First pixel of a column or row of blocks.
-constexpr float FirstPixel[BlocksPerRow] = { 0, 4, 8, 12, 16, 20, 24, 28 };
-static_assert(BlockSize == 4 && BlocksPerRow == 8, "FirstPixel has these");
-
 /// Blocks between the support's ends, |dx + K dy| < sqrt((support - B dy^2) / A), in any of a
 /// block's four rows of pixels; sixteen rows of pixels at a time.
 SURFELSPLATTING_INLINE std::uint64_t BlocksInSupport(

@@ -75,19 +75,34 @@ SURFELSPLATTING_INLINE Real ColorInSpace(float color, float x, float y, const Bl
   return OnLens ? Larger(color + x * d.X + y * d.Y, Real(0.0f)) : Real(color);
 }
 
-/// From the lens points and the share L of a disc to those of an ellipse of shape S with its area,
-/// as points of the unit disc: S^(1/2) u and S^(1/2) L S^(1/2).
+/// The lens's share L of a Gaussian. Of a lens that is an ellipse of shape S, all is in points of
+/// the unit disc: S^(1/2) L S^(1/2).
+SURFELSPLATTING_INLINE ShareOfLens ShareOf(const SplatCopy& splat)
+{
+  const Splat& s = splat.S;
+  const float quarter = splat.Footprint.Quarter, square = 4.0f * quarter * quarter;
+  const float xy = square * (s.A * s.K);
+  const ShareOfLens share{ square * s.A, xy, xy * s.K + square * s.B };
+  const RasterSettings& settings = splat.Settings;
+  if (settings.IsLensRound())
+  {
+    return share;
+  }
+  const float rootXX = settings.RootXX, rootXY = settings.RootXY, rootYY = settings.RootYY;
+  const float a = rootXX * share.XX + rootXY * share.XY, b = rootXX * share.XY + rootXY * share.YY;
+  const float c = rootXY * share.XX + rootYY * share.XY, d = rootXY * share.XY + rootYY * share.YY;
+  return { a * rootXX + b * rootXY, a * rootXY + b * rootYY, c * rootXY + d * rootYY };
+}
+
+/// From the lens points of a disc to those of an ellipse of shape S with its area, as points of the
+/// unit disc: S^(1/2) u.
 template <class Real>
-SURFELSPLATTING_INLINE void MapToDisc(
-  const RasterSettings& settings, ShareOfLens& share, Real& x, Real& y)
+SURFELSPLATTING_INLINE void MapToDisc(const RasterSettings& settings, Real& x, Real& y)
 {
   const float xx = settings.RootXX, xy = settings.RootXY, yy = settings.RootYY;
   const Real along = xx * x + xy * y;
   y = xy * x + yy * y;
   x = along;
-  const float a = xx * share.XX + xy * share.XY, b = xx * share.XY + xy * share.YY;
-  const float c = xy * share.XX + yy * share.XY, d = xy * share.XY + yy * share.YY;
-  share = { a * xx + b * xy, a * xy + b * yy, c * xy + d * yy };
 }
 
 /// Fragments of a Gaussian in space.
@@ -102,12 +117,11 @@ SURFELSPLATTING_INLINE GaussianFragments<Real> MakeFragments(
   const float quarter = lens.Quarter;
   Real x = (quarter * s.A) * (d.X + s.K * d.Y);
   Real y = s.K * x + (quarter * s.B) * d.Y;
-  const float square = 4.0f * quarter * quarter, xy = square * (s.A * s.K);
-  ShareOfLens share{ square * s.A, xy, xy * s.K + square * s.B };
   if (!splat.Settings.IsLensRound())
   {
-    MapToDisc(splat.Settings, share, x, y);
+    MapToDisc(splat.Settings, x, y);
   }
+  const ShareOfLens share = ShareOf(splat);
   const float mean = share.Mean();
   return { inside, Select(inside, OpacityInSpace<Real>(depth, s.Opacity), Real(0.0f)),
     ColorInSpace<OnLens>(s.Red, lens.RedX, lens.RedY, d),

@@ -4,6 +4,7 @@
  * through their kernels (KernelEvaluation.h) into the layers of the pixels (LayerMerging.h).
  */
 #include "Core/Raster/BatchRaster.h"
+#include "Core/Raster/BroadGaussians.h"
 #include "Core/Raster/GaussianLayers.h"
 #include "Core/Raster/GaussiansInFocus.h"
 #include "Core/Raster/RasterTarget.h"
@@ -28,19 +29,20 @@ std::uint64_t AddBlocks(PixelTile& tile, const Splat& splat, const LensFootprint
   const SplatCopy copy{ s, footprint, settings };
   const Lanes rampX = Lanes::Load(RampX) + (0.5f - place.X);
   const Lanes rampY = Lanes::Load(RampY) + (0.5f - place.Y);
-  const auto pixels = [&](int block) {
-    const Lanes dx = rampX + FirstPixel[block % BlocksPerRow];
-    const Lanes dy = rampY + FirstPixel[block / BlocksPerRow];
-    const Lanes u = dx + s.K * dy;
-    return BlockPixels<Lanes>{ dx, dy, s.A * u * u + s.B * dy * dy };
-  };
-  const bool pairs = OnLens && AddsPairs && !settings.HasLayers && !settings.Doubts &&
-    !callbacks.Leaked && settings.LensRadius > 0.0f;
-  const std::uint64_t paired = pairs ? tile.Tilted : 0;
+  const auto pixels = [&](int block) { return PixelsAt(s, rampX, rampY, block); };
+  const bool isFinished = OnLens && !settings.HasLayers && !settings.Doubts && !callbacks.Leaked &&
+    settings.LensRadius > 0.0f;
   std::uint64_t fragments = 0, tilted = 0;
-  for (std::uint64_t blocks =
-         BlocksOfSplat(s, place, s.DepthX, FewPixels) & ~(settings.SkipHidden ? tile.Opaque : 0);
-       blocks != 0; blocks &= blocks - 1)
+  std::uint64_t blocks =
+    BlocksOfSplat(s, place, s.DepthX, FewPixels) & ~(settings.SkipHidden ? tile.Opaque : 0);
+  const std::uint64_t linear =
+    isFinished ? blocks & (IsBroad(copy) ? ~std::uint64_t{ 0 } : tile.Dark) : 0;
+  if (linear != 0)
+  {
+    fragments += AddBroad(tile, copy, place, linear);
+  }
+  const std::uint64_t paired = AddsPairs && isFinished ? tile.Tilted : 0;
+  for (blocks &= ~linear; blocks != 0; blocks &= blocks - 1)
   {
     const int block = __builtin_ctzll(blocks);
     const BlockPixels<Lanes> d = pixels(block);
@@ -63,14 +65,14 @@ std::uint64_t AddBlocks(PixelTile& tile, const Splat& splat, const LensFootprint
     const BlockPixels<Lanes> a = pixels(first), b = pixels(second);
     AddGaussianToFinished(TwoBlocks{ tile.Finished[first], tile.Finished[second] }, copy,
       BlockPixels<LanePair>{ { a.X, b.X }, { a.Y, b.Y }, { a.Q, b.Q } });
-    MarkOpaque(tile, first);
-    MarkOpaque(tile, second);
+    MarkDark(tile, first);
+    MarkDark(tile, second);
   }
   if (tilted != 0)
   {
     const int block = __builtin_ctzll(tilted);
     AddGaussianToFinished(OneBlock{ tile.Finished[block] }, copy, pixels(block));
-    MarkOpaque(tile, block);
+    MarkDark(tile, block);
   }
   return fragments;
 }

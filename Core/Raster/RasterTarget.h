@@ -126,6 +126,9 @@ struct PixelTile
   /// Bit i: no pixel of block i lets more than MinTransmittance through. With
   /// RasterSettings::SkipHidden nothing more is added to the block.
   std::uint64_t Opaque;
+  /// Bit i: no pixel of block i lets more than DarkTransmittance through (BroadGaussians.h); not
+  /// known of all such blocks.
+  std::uint64_t Dark;
   /// Bit i: T depends on the point of the lens in block i; fragments are weighted with it.
   std::uint64_t Tilted;
   std::uint64_t WithTents; ///< bit i: block i has TentLayers

@@ -293,7 +293,7 @@ void BeginRun(const PixelTile& tile, const RunGrid& grid, PixelTile& run, RunSta
     SumPixels(pixels, grid, 1.0f, wide);
   }
   run.Opaque = ~std::uint64_t{ 0 };
-  run.Tilted = 0;
+  run.Dark = run.Tilted = 0;
   ForCellBlocks(grid, [&](int block, int, int) {
     BeginBlock(run, block, own, isDark ? wide : own);
     start.Before[block] = run.Finished[block];

@@ -346,7 +346,7 @@ void TileRaster::Clear()
   {
     std::memset(static_cast<void*>(this->Tile.Doubted), 0, sizeof(this->Tile.Doubted));
   }
-  this->Tile.Opaque = this->Tile.Tilted = this->Tile.WithTents = 0;
+  this->Tile.Opaque = this->Tile.Dark = this->Tile.Tilted = this->Tile.WithTents = 0;
   this->NearestProp = Infinity;
   this->Run.Drop();
   this->BatchCount = 0;
