@@ -399,21 +399,18 @@ SURFELSPLATTING_INLINE LensMoments<Real> MomentsBehind(const LensMoments<Real>& 
   const Real &hides = part.OfT, &slopes = part.Slopes;
   Real x, y;
   share.Rest(t, x, y);
-  LensMoments<Real> behind{ t.X - hides * at.X - slopes * x, t.Y - hides * at.Y - slopes * y,
-    part.Kept * t.Rim, part.Kept * t.Across, part.Kept * t.Diagonal };
-  if (border > 0.0f)
+  const Real left = t.X - hides * at.X - slopes * x, top = t.Y - hides * at.Y - slopes * y;
+  if (!(border > 0.0f))
   {
-    const Real keep = 1.0f - part.Fades;
-    const auto mix = [&](Real& moment, const Real& sharp) {
-      moment = moment + border * (sharp - moment);
-    };
-    mix(behind.Rim, keep * t.Rim - hides * at.Rim - slopes * (4.0f * (at.X * x + at.Y * y)));
-    mix(
-      behind.Across, keep * t.Across - hides * at.Across - slopes * (2.0f * (at.X * x - at.Y * y)));
-    mix(behind.Diagonal,
-      keep * t.Diagonal - hides * at.Diagonal - slopes * (2.0f * (at.X * y + at.Y * x)));
+    return { left, top, part.Kept * t.Rim, part.Kept * t.Across, part.Kept * t.Diagonal };
   }
-  return behind;
+  // The border's share loses what is about the lens point, the rest as much as T.
+  const Real keep = part.Kept + border * ((1.0f - part.Kept) - part.Fades);
+  const Real about = border * hides, slope = (2.0f * border) * slopes;
+  const Real xx = at.X * x, yy = at.Y * y;
+  return { left, top, keep * t.Rim - about * at.Rim - slope * (2.0f * (xx + yy)),
+    keep * t.Across - about * at.Across - slope * (xx - yy),
+    keep * t.Diagonal - about * at.Diagonal - slope * (at.X * y + at.Y * x) };
 }
 
 /// T beside and behind an ellipse on the lens.

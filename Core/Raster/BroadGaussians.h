@@ -18,7 +18,7 @@ namespace SurfelSplatting
 namespace
 {
 /// Blocks of which no pixel lets more through are dark: what is behind hardly shows.
-constexpr float DarkTransmittance = 1.0f / 64.0f;
+constexpr float DarkTransmittance = 1.0f / 32.0f;
 
 /// Marks a block that is dark or opaque.
 SURFELSPLATTING_INLINE void MarkDark(PixelTile& tile, int block)
@@ -29,10 +29,19 @@ SURFELSPLATTING_INLINE void MarkDark(PixelTile& tile, int block)
   tile.Dark |= Any(through > DarkTransmittance) ? 0 : bit;
 }
 
-/// Whether T is linear over what the fragments of a Gaussian are seen through.
-SURFELSPLATTING_INLINE bool IsBroad(const SplatCopy& splat)
+/// A Gaussian is not divided for fewer dark blocks: that would take the time that it saves.
+constexpr int FewDarkBlocks = 3;
+
+/// Those of a Gaussian's blocks in which T is taken for linear.
+SURFELSPLATTING_INLINE std::uint64_t BlocksWithLinear(
+  const PixelTile& tile, const SplatCopy& splat, std::uint64_t blocks)
 {
-  return WeightOfRamp(ShareOf(splat).Mean()) == 0.0f;
+  if (WeightOfRamp(ShareOf(splat).Mean()) == 0.0f)
+  {
+    return blocks;
+  }
+  const std::uint64_t dark = blocks & tile.Dark;
+  return dark == blocks || __builtin_popcountll(dark) >= FewDarkBlocks ? dark : 0;
 }
 
 /// Composites the fragments of a Gaussian into a block.

@@ -35,8 +35,7 @@ std::uint64_t AddBlocks(PixelTile& tile, const Splat& splat, const LensFootprint
   std::uint64_t fragments = 0, tilted = 0;
   std::uint64_t blocks =
     BlocksOfSplat(s, place, s.DepthX, FewPixels) & ~(settings.SkipHidden ? tile.Opaque : 0);
-  const std::uint64_t linear =
-    isFinished ? blocks & (IsBroad(copy) ? ~std::uint64_t{ 0 } : tile.Dark) : 0;
+  const std::uint64_t linear = isFinished ? BlocksWithLinear(tile, copy, blocks) : 0;
   if (linear != 0)
   {
     fragments += AddBroad(tile, copy, place, linear);
