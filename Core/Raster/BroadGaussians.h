@@ -2,8 +2,8 @@
 /**
  * Gaussians through the lens over which T is linear: those that are wider than the blur, and all
  * where hardly any light is left. Neither ramp nor ellipse (GaussianLayers.h) is needed, a fragment
- * of opacity a hides the share a of the second moments, and moments stay short by themselves: in
- * two thirds of the time.
+ * of opacity a hides the share a of the second moments, and moments hardly get too long: what
+ * follows limits them. That takes two thirds of the time.
  *
  * Included by the translation units of the raster's targets (RasterTarget.h), whose own this code
  * is.
@@ -56,7 +56,7 @@ SURFELSPLATTING_INLINE Lanes CompositeBroad(
   const Lanes seen = alpha * (before + 4.0f * (x * f.At.X + y * f.At.Y));
   const Lanes hides =
     Smaller(Larger(seen, Larger(before - keep, 0.0f)), Smaller(before, alpha)); // Frechet's bounds
-  after = before - hides; // never less than 0
+  after = before - hides;                                                       // never less than 0
   const ShareOfLens& l = f.Share;
   const Lanes ofX = alpha * (l.XX * x + l.XY * y) - hides * f.At.X;
   const Lanes ofY = alpha * (l.XY * x + l.YY * y) - hides * f.At.Y;

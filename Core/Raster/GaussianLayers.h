@@ -345,7 +345,7 @@ SURFELSPLATTING_INLINE void AddGaussianToFinished(
   const Real before = done.Load(&FinishedLayers::Transmittance);
   const auto visible = f.Inside & (done.Load(&FinishedLayers::OccluderDepth) >= f.Depth);
   const Real hides = Select(visible, HiddenOnLens(done, f, before), Real(0.0f));
-  const Real after = Larger(before - hides, Real(0.0f));
+  const Real after = before - hides; // never less than 0
   const Splat& s = splat.S;
   const SpaceFootprint& lens = splat.Footprint;
   const auto add = [&](FinishedField field, float color, float x, float y) {

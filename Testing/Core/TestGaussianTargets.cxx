@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * What RasterTarget does with Gaussians in space, of every instruction set that this machine has,
- * against the same in double, a pixel at a time. Kernels are in Core/Lens/GaussianFootprint.h and
- * ResamplingKernel.h.
+ * against the same in double, a pixel at a time (GaussianPixel.h).
  */
 #include "Core/Lens/GaussianFootprint.h"
 #include "Core/Lens/Lens.h"
 #include "Core/Lens/LensVisibility.h"
 #include "Core/Raster/RasterTarget.h"
+#include "GaussianPixel.h"
 #include "TargetUnderTest.h"
 #include "TestScene.h"
 #include "Testing/Shared/Check.h"
@@ -26,7 +26,6 @@ namespace
 {
 constexpr RasterCallbacks Nobody{ nullptr, nullptr, nullptr };
 constexpr int Pixels = TileSize * TileSize;
-constexpr LensShape Ellipse{ 2.0, 0.625, 0.5 };
 
 int BlockOf(int pixel)
 {
@@ -50,129 +49,6 @@ std::unique_ptr<PixelTile> EmptyTile()
     std::fill_n(tile->Finished[i].Transmittance, PixelsPerBlock, 1.0f);
   }
   return tile;
-}
-
-struct PlacedGaussian
-{
-  Splat S{};
-  SpaceFootprint Footprint{};
-  float X = 0.0f, Y = 0.0f;
-};
-
-/// k of ResamplingKernelOf and of the mixture, by q and its end.
-double Kernel(double shape, double q, double reach)
-{
-  const double x = std::max(0.0, 1.0 - q / reach);
-  if (shape >= SmoothShape)
-  {
-    const double u = std::min(1.0, (shape - SmoothShape) * x);
-    return u * u * (3.0 - 2.0 * u);
-  }
-  if (shape >= 0.0)
-  {
-    return x * ((1.0 - shape) * x + shape * (BellEdge + (1.0 - BellEdge) * x * x * x));
-  }
-  const double y = std::max(0.0, 1.0 - q / FocusBellReach);
-  const double bell = FocusBellPeak * y * (BellEdge + (1.0 - BellEdge) * y * y * y);
-  return (1.0 + shape) * bell - shape * std::exp(-0.5 * q);
-}
-
-/// A pixel behind the Gaussians so far.
-struct Pixel
-{
-  double Through = 1.0, X = 0.0, Y = 0.0, Rim = 0.0, Across = 0.0, Diagonal = 0.0, Red = 0.0;
-};
-
-/// Relative error of the square of InverseRoot (Lanes.h).
-constexpr double RootError = 1.3e-4;
-
-/// What rounding changes, relative and in lens points; 0 for the evaluation itself.
-struct Nudge
-{
-  Random* Draw = nullptr;
-
-  double Of(double size) const { return this->Draw ? this->Draw->Uniform(-size, size) : 0.0; }
-};
-
-/// Roundings of the moments count, since the covariance is a difference, and the root of its
-/// determinant, which decides the opacity and, with EllipseSlope, the border.
-EllipseOnLens<double> OfEllipse(const Pixel& p, double x, double y, const Nudge& nudge)
-{
-  const double size = 1e-6;
-  EllipseOnLens<double> e = ReconstructEllipse(p.Through * (1.0 + nudge.Of(size)),
-    LensMoments<double>{ p.X + nudge.Of(size), p.Y + nudge.Of(size), p.Rim + nudge.Of(size),
-      p.Across + nudge.Of(size), p.Diagonal + nudge.Of(size) },
-    x, y);
-  e.Opacity = std::min(1.0, e.Opacity * (1.0 + nudge.Of(0.5 * RootError)));
-  e.Seen = std::clamp(1.0 - (1.0 - e.Seen) * (1.0 + nudge.Of(2.0 * RootError)), 0.0, 1.0);
-  return e;
-}
-
-/// @return squared length of the moments before they are limited
-double AddTo(
-  Pixel& p, const PlacedGaussian& g, double dx, double dy, bool tilted, const Nudge& nudge)
-{
-  const Splat& s = g.S;
-  const double q = s.A * (dx + s.K * dy) * (dx + s.K * dy) + s.B * dy * dy;
-  const double w = s.Weight * Kernel(s.Shape, q, s.DepthX) * (1.0 + nudge.Of(2e-6));
-  const double alpha =
-    (1.0 - s.Opacity) * std::min<double>(w, MaxOpacity) - s.Opacity * std::expm1(-w);
-  const double quarter = g.Footprint.Quarter;
-  const double mx = quarter * s.A * (dx + s.K * dy), my = s.K * mx + quarter * s.B * dy;
-  const double square = 4.0 * quarter * quarter;
-  const double aa = square * s.A, ab = aa * s.K, bb = square * (s.A * s.K * s.K + s.B);
-  const LensShape r = Ellipse.Root();
-  const double ux = r.XX * mx + r.XY * my + nudge.Of(2e-6);
-  const double uy = r.XY * mx + r.YY * my + nudge.Of(2e-6);
-  const double xx = r.XX * r.XX * aa + 2.0 * r.XX * r.XY * ab + r.XY * r.XY * bb;
-  const double yy = r.XY * r.XY * aa + 2.0 * r.XY * r.YY * ab + r.YY * r.YY * bb;
-  const double xy = r.XX * r.XY * aa + (r.XX * r.YY + r.XY * r.XY) * ab + r.XY * r.YY * bb;
-  const double mean = std::min(1.0, 0.5 * (xx + yy));
-  const double rim = 2.0 * (ux * ux + uy * uy) - mean;
-  const double ofEllipse = WeightOfEllipse(static_cast<float>(mean), g.Footprint.Opacity);
-  double hides = alpha * p.Through;
-  if (tilted)
-  {
-    const double dot = (p.X * ux + p.Y * uy) * (1.0 + nudge.Of(1.5 * RootError));
-    const double line = p.Through + 4.0 * (p.X * ux + p.Y * uy);
-    const double spread = p.X * ((1.0 - xx) * p.X - xy * p.Y) + p.Y * ((1.0 - yy) * p.Y - xy * p.X);
-    const double squared = (p.X * p.X + p.Y * p.Y) * (1.0 + nudge.Of(2.0 * RootError));
-    const double ofRamp = WeightOfRamp(static_cast<float>(mean));
-    const double sharp = ReconstructRamp<double>(
-      p.Through, { squared, dot, spread }, BlurOfRamp(static_cast<float>(mean)));
-    const double ramp = std::clamp(0.5 + (sharp - 0.5) * (1.0 + nudge.Of(RootError)), 0.0, 1.0);
-    const EllipseOnLens<double> ellipse = OfEllipse(p, ux, uy, nudge);
-    double seen = line + ofRamp * (ramp - line);
-    seen = SeenBetween(seen, ellipse.Seen, ofEllipse * ellipse.Opacity);
-    hides = VisibleShare(p.Through, LayerCoverage<double>{ 1.0, alpha, alpha * seen });
-  }
-  const double red = s.Red + g.Footprint.RedX * dx + g.Footprint.RedY * dy + nudge.Of(1e-6);
-  p.Red += hides * std::max(0.0, red);
-  const double perBefore = 1.0 / std::max(p.Through, 1e-6);
-  const double keep = 1.0 - std::min(1.0, (1.0 - mean) * hides * perBefore);
-  const double kept = std::max(0.0, p.Through - hides) * perBefore;
-  const double border = SharpnessOfBorder(static_cast<float>(ofEllipse));
-  const double slope = std::min(alpha, 4.0 * hides * perBefore);
-  const double vx = slope * ((1.0 - xx) * p.X - xy * p.Y);
-  const double vy = slope * ((1.0 - yy) * p.Y - xy * p.X);
-  p.Through = std::max(0.0, p.Through - hides);
-  p.X -= hides * ux + vx;
-  p.Y -= hides * uy + vy;
-  const double most = p.Through * (1.0 - p.Through);
-  const double across = ux * ux - uy * uy - 0.25 * (xx - yy), diagonal = 2.0 * ux * uy - 0.5 * xy;
-  const auto behind = [&](double moment, double hidden, double tilt) {
-    const double sharp = keep * moment - hides * hidden - tilt;
-    return std::clamp(kept * moment + border * (sharp - kept * moment), -most, most);
-  };
-  p.Rim = behind(p.Rim, rim, 4.0 * (ux * vx + uy * vy));
-  p.Across = behind(p.Across, across, 2.0 * (ux * vx - uy * vy));
-  p.Diagonal = behind(p.Diagonal, diagonal, 2.0 * (ux * vy + uy * vx));
-  const double squared = p.X * p.X + p.Y * p.Y;
-  const double shorten = std::min(
-    1.0, LargestMoment(p.Through) / std::sqrt(squared + 1e-40) * (1.0 + nudge.Of(RootError)));
-  p.X *= shorten;
-  p.Y *= shorten;
-  return squared;
 }
 
 PlacedGaussian RandomGaussian(Random& random, bool onLens)
@@ -216,23 +92,46 @@ struct ScalarTile
   {
   }
 
-  void Add(const PlacedGaussian& g, bool onLens, Random& roundings)
+  /// @param line T is taken for linear
+  void Add(const PlacedGaussian& g, bool onLens, bool line, Random& roundings)
   {
-    bool becomes[BlocksPerTile] = {};
-    for (int k = 0; k < Pixels; ++k)
-    {
-      const double dx = k % TileSize + 0.5 - g.X, dy = k / TileSize + 0.5 - g.Y;
-      const double u = dx + g.S.K * dy, q = g.S.A * u * u + g.S.B * dy * dy;
+    bool touched[BlocksPerTile] = {}, becomes[BlocksPerTile] = {};
+    const auto radius = [&](double dx, double dy) {
+      const double u = dx + g.S.K * dy;
+      return g.S.A * u * u + g.S.B * dy * dy;
+    };
+    const auto forPixels = [&](const auto& function) {
+      for (int k = 0; k < Pixels; ++k)
+      {
+        const double dx = k % TileSize + 0.5 - g.X, dy = k / TileSize + 0.5 - g.Y;
+        function(k, BlockOf(k), dx, dy, radius(dx, dy) < g.S.DepthX);
+      }
+    };
+    forPixels([&](int k, int block, double dx, double dy, bool inside) {
       const double end = Kernel(g.S.Shape, g.S.DepthX, g.S.DepthX);
-      this->Undecided[k] = this->Undecided[k] || (std::abs(q - g.S.DepthX) < 1e-4 && end > 1e-7);
-      for (int c = 0; q < g.S.DepthX && c <= Copies; ++c)
+      const bool isNear = std::abs(radius(dx, dy) - g.S.DepthX) < 1e-4;
+      this->Undecided[k] = this->Undecided[k] || (isNear && end > 1e-7);
+      touched[block] |= inside;
+    });
+    const auto by = [&](int block) {
+      return line ? SeenBy::Line : this->Tilted[block] ? SeenBy::Moments : SeenBy::Mean;
+    };
+    forPixels([&](int k, int block, double dx, double dy, bool inside) {
+      for (int c = 0; touched[block] && c <= Copies; ++c)
       {
         const Nudge nudge{ c > 0 ? &roundings : nullptr };
-        const int block = BlockOf(k);
-        const double squared = AddTo(this->All[k][c], g, dx, dy, this->Tilted[block], nudge);
-        becomes[block] |= c == 0 && onLens && 4.0 * std::sqrt(squared) > 1.0 / 512.0;
+        Pixel& p = this->All[k][c];
+        if (inside)
+        {
+          const double squared = AddTo(p, g, dx, dy, by(block), nudge);
+          becomes[block] |= c == 0 && onLens && 4.0 * std::sqrt(squared) > 1.0 / 512.0;
+        }
+        else if (!line)
+        {
+          LimitMoments(p, nudge);
+        }
       }
-    }
+    });
     for (int b = 0; b < BlocksPerTile; ++b)
     {
       this->Tilted[b] = this->Tilted[b] || becomes[b];
@@ -280,10 +179,26 @@ void Compare(const PixelTile& tile, const ScalarTile& scalar, Worst& worst)
   }
 }
 
-void TestAddGaussian(const RasterTarget& target, bool onLens)
+/// Checks the blocks that are marked as dark. @return their number
+long CheckDark(const PixelTile& tile)
+{
+  long dark = 0;
+  for (int b = 0; b < BlocksPerTile; ++b)
+  {
+    const float* through = tile.Finished[b].Transmittance;
+    const bool isMarked = (tile.Dark >> b & 1) != 0;
+    CHECK((!isMarked || *std::max_element(through, through + PixelsPerBlock) <= 1.0f / 32.0f));
+    dark += isMarked ? 1 : 0;
+  }
+  return dark;
+}
+
+/// @param isDark of all blocks, as a claim
+void TestAddGaussian(const RasterTarget& target, bool onLens, bool isDark)
 {
   Random random(21), roundings(22);
   Worst worst;
+  long dark = 0;
   RasterSettings settings{ 5.0f, 1e30f };
   settings.HasLayers = false;
   settings.LensRadius = onLens ? 0.1f : 0.0f;
@@ -297,14 +212,18 @@ void TestAddGaussian(const RasterTarget& target, bool onLens)
       PlacedGaussian g = RandomGaussian(random, onLens);
       g.S.Near = g.S.Far = 1.0f + static_cast<float>(i);
       const LensFootprint stored = StoredOf(g.Footprint);
+      tile->Dark = isDark ? ~std::uint64_t{ 0 } : 0;
       target.AddGaussian(*tile, g.S, onLens ? &stored : nullptr,
         { { 0, 0, TileSize, TileSize }, g.X, g.Y }, settings, Nobody);
-      scalar.Add(g, onLens, roundings);
+      const float share = static_cast<float>(LensFragment(g, 0.0, 0.0, {}).Mean);
+      scalar.Add(g, onLens, onLens && (isDark || WeightOfRamp(share) == 0.0f), roundings);
+      dark += isDark ? 0 : CheckDark(*tile);
     }
     Compare(*tile, scalar, worst);
   }
-  std::printf("%s%s: off by %.1e at most, %ld of %ld pixels\n", target.Name, onLens ? ", lens" : "",
-    worst.Through, worst.Bounded, worst.Compared);
+  std::printf("%s%s%s: off by %.1e at most, %ld of %ld pixels\n", target.Name,
+    onLens ? ", lens" : "", isDark ? ", dark" : "", worst.Through, worst.Bounded, worst.Compared);
+  CHECK((dark > 0) == (onLens && !isDark));
   CHECK(worst.Bounded > 0.98 * static_cast<double>(worst.Compared));
   CHECK((worst.Moment > 0.05) == onLens);
 }
@@ -589,8 +508,9 @@ TEST_CASE("Gaussians in space")
 {
   if (const RasterTarget* target = TargetUnderTest(Targets))
   {
-    TestAddGaussian(*target, false);
-    TestAddGaussian(*target, true);
+    TestAddGaussian(*target, false, false);
+    TestAddGaussian(*target, true, false);
+    TestAddGaussian(*target, true, true);
     TestInFocus(*target);
     TestBeginRun(*target);
     TestAddRun(*target);
