@@ -54,9 +54,10 @@ SURFELSPLATTING_INLINE Lanes CompositeBroad(
   const Lanes alpha = Select(visible, f.Alpha, 0.0f), keep = 1.0f - alpha;
   const Lanes x = Lanes::Load(done.ThroughX), y = Lanes::Load(done.ThroughY);
   const Lanes seen = alpha * (before + 4.0f * (x * f.At.X + y * f.At.Y));
-  const Lanes hides =
-    Smaller(Larger(seen, Larger(before - keep, 0.0f)), Smaller(before, alpha)); // Frechet's bounds
-  after = before - hides;                                                       // never less than 0
+  // Frechet's bounds: T behind is never less than 0.
+  const Lanes least = Larger(before - keep, 0.0f), most = Smaller(before, alpha);
+  const Lanes hides = Smaller(Larger(seen, least), most);
+  after = before - hides;
   const ShareOfLens& l = f.Share;
   const Lanes ofX = alpha * (l.XX * x + l.XY * y) - hides * f.At.X;
   const Lanes ofY = alpha * (l.XY * x + l.YY * y) - hides * f.At.Y;
