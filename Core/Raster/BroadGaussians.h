@@ -45,9 +45,11 @@ SURFELSPLATTING_INLINE std::uint64_t BlocksWithLinear(
 }
 
 /// Composites the fragments of a Gaussian into a block.
+/// @param after T behind them
+/// @param doubted or null
 /// @return the squared length of the first moment of T
 SURFELSPLATTING_INLINE Lanes CompositeBroad(
-  FinishedLayers& done, const GaussianFragments<Lanes>& f, Lanes& after)
+  FinishedLayers& done, const GaussianFragments<Lanes>& f, Lanes& after, DoubtedLayers* doubted)
 {
   const Lanes before = Lanes::Load(done.Transmittance);
   const LaneMask visible = f.Inside & (Lanes::Load(done.OccluderDepth) >= f.Depth);
@@ -58,6 +60,10 @@ SURFELSPLATTING_INLINE Lanes CompositeBroad(
   const Lanes least = Larger(before - keep, 0.0f), most = Smaller(before, alpha);
   const Lanes hides = Smaller(Larger(seen, least), most);
   after = before - hides;
+  if (doubted)
+  {
+    AddGaussianDoubt(*doubted, f, hides, before);
+  }
   const ShareOfLens& l = f.Share;
   const Lanes ofX = alpha * (l.XX * x + l.XY * y) - hides * f.At.X;
   const Lanes ofY = alpha * (l.XY * x + l.YY * y) - hides * f.At.Y;
@@ -94,7 +100,8 @@ __attribute__((noinline)) std::uint64_t AddBroad(
     const GaussianFragments<Lanes> f = MakeFragments<true>(splat, d);
     fragments += static_cast<std::uint64_t>(__builtin_popcount(f.Inside.ToBits()));
     Lanes after;
-    const Lanes squared = CompositeBroad(tile.Finished[block], f, after);
+    const Lanes squared = CompositeBroad(
+      tile.Finished[block], f, after, splat.Settings.Doubts ? &tile.Doubted[block] : nullptr);
     const std::uint64_t bit = std::uint64_t{ 1 } << block;
     opaque |= Any(after > MinTransmittance) ? 0 : bit;
     dark |= Any(after > DarkTransmittance) ? 0 : bit;

@@ -30,8 +30,8 @@ std::uint64_t AddBlocks(PixelTile& tile, const Splat& splat, const LensFootprint
   const Lanes rampX = Lanes::Load(RampX) + (0.5f - place.X);
   const Lanes rampY = Lanes::Load(RampY) + (0.5f - place.Y);
   const auto pixels = [&](int block) { return PixelsAt(s, rampX, rampY, block); };
-  const bool isFinished = OnLens && !settings.HasLayers && !settings.Doubts && !callbacks.Leaked &&
-    settings.LensRadius > 0.0f;
+  const bool isFinished =
+    OnLens && !settings.HasLayers && !callbacks.Leaked && settings.LensRadius > 0.0f;
   std::uint64_t fragments = 0, tilted = 0;
   std::uint64_t blocks =
     BlocksOfSplat(s, place, s.DepthX, FewPixels) & ~(settings.SkipHidden ? tile.Opaque : 0);
@@ -40,7 +40,7 @@ std::uint64_t AddBlocks(PixelTile& tile, const Splat& splat, const LensFootprint
   {
     fragments += AddBroad(tile, copy, place, linear);
   }
-  const std::uint64_t paired = AddsPairs && isFinished ? tile.Tilted : 0;
+  const std::uint64_t paired = AddsPairs && isFinished && !settings.Doubts ? tile.Tilted : 0;
   for (blocks &= ~linear; blocks != 0; blocks &= blocks - 1)
   {
     const int block = __builtin_ctzll(blocks);
@@ -54,6 +54,10 @@ std::uint64_t AddBlocks(PixelTile& tile, const Splat& splat, const LensFootprint
     else if (inside != 0)
     {
       AddGaussianToBlock<OnLens>(tile, block, copy, d, callbacks);
+      if (isFinished)
+      {
+        MarkDark(tile, block);
+      }
     }
   }
   for (; (tilted & (tilted - 1)) != 0; tilted &= tilted - 1)
