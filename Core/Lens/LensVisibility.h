@@ -184,8 +184,8 @@ constexpr float FillSlope = 0.6f;
 /// moment away, and a steeper line gives some of it back. Covariances of tents are means over much
 /// of the lens, where less is clipped, so that theirs is less steep. (Measured before
 /// QuadraticPart: with 1 for both, bars at 12 px have 0.8 dB less, and a bunny at 36 px 0.7; with
-/// 1.5, a veil has 1.5 dB less. With it, and 1.1 instead of 1.25, scans have 0.1 dB more, but blurred
-/// corners lose 0.058 of their coverage instead of 0.039.)
+/// 1.5, a veil has 1.5 dB less. With it, and 1.1 instead of 1.25, scans have 0.1 dB more, but
+/// blurred corners lose 0.058 of their coverage instead of 0.039.)
 constexpr float SeenSlope = 1.25f, SeenSlopeOfTents = 1.125f;
 
 /// What is seen at a lens point is at least this share of what is seen on average: something of a
