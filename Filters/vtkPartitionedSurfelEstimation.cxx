@@ -386,7 +386,7 @@ int vtkPartitionedSurfelEstimation::RequestData(vtkInformation* vtkNotUsed(reque
 void vtkPartitionedSurfelEstimation::WarnOfTroubles()
 {
   std::string message = ListCounts({ { this->NumberOfNonFinitePoints, "point",
-                                       "hidden or with NaN or infinite coordinates dropped" },
+                                       "with NaN or infinite coordinates, or hidden, dropped" },
     { this->NumberOfDuplicatePoints, "duplicate", "dropped" } });
   const std::string problem = this->Estimation->GetNormalsProblem();
   if (!problem.empty())

@@ -276,7 +276,7 @@ bool vtkSurfelEstimation::CheckSettings(vtkPointSet* input)
 void vtkSurfelEstimation::WarnOfTroubles()
 {
   std::string message = ListCounts({ { this->NumberOfNonFinitePoints, "point",
-                                       "hidden or with NaN or infinite coordinates dropped" },
+                                       "with NaN or infinite coordinates, or hidden, dropped" },
     { this->NumberOfDuplicatePoints, "duplicate", "dropped" },
     { this->NumberOfIsolatedPoints, "isolated point", "kept with a bounded radius" },
     { this->NumberOfDegeneratePoints, "point",

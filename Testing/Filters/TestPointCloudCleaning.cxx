@@ -503,7 +503,7 @@ TEST_CASE("Duplicates and NaN")
   CHECK(cleaning->GetOutput()->GetNumberOfPoints() == 500);
   REQUIRE(said.Warnings.size() == 1);
   CHECK(said.Warnings[0].find(
-          "1 point hidden or with NaN or infinite coordinates dropped; 2 duplicates "
+          "1 point with NaN or infinite coordinates, or hidden, dropped; 2 duplicates "
           "dropped.") != std::string::npos);
 }
 
