@@ -24,7 +24,7 @@ double ReferenceLargestCover(double centroid)
 }
 
 /// That of the layer's centroid without the excess over full coverage; less of it near the centre,
-/// up to 0.85.
+/// up to 0.8.
 double ReferenceLayers::LargestCover() const
 {
   if (this->Lens.Radius == 0.0 || this->Weight == 0.0)
@@ -35,7 +35,7 @@ double ReferenceLayers::LargestCover() const
   const double moment = std::hypot(this->Fill[0], this->Fill[1]);
   const double centroid = std::max(0.0, moment - 0.5 * excess) / std::min(1.0, this->Weight);
   return ReferenceLargestCover(
-    std::min(std::pow(centroid, 3) / (centroid * centroid + 0.0016), 0.85));
+    std::min(std::pow(centroid, 3) / (centroid * centroid + 0.0016), 0.8));
 }
 
 double ReferenceLayers::VisibleShare() const
