@@ -92,7 +92,7 @@ struct alignas(64) FinishedLayers
 {
   float Transmittance[PixelsPerBlock];                      ///< mean of T(u) over the lens
   float ThroughX[PixelsPerBlock], ThroughY[PixelsPerBlock]; ///< mean of u T(u)
-  /// Means of (2 |u|^2 - 1) T(u), (u_x^2 - u_y^2) T(u), 2 u_x u_y T(u), by Gaussians in space.
+  /// Means of (2 |u|^2 - 1) T(u), (u_x^2 - u_y^2) T(u), 2 u_x u_y T(u).
   float ThroughRim[PixelsPerBlock], ThroughAcross[PixelsPerBlock], ThroughDiagonal[PixelsPerBlock];
   float Red[PixelsPerBlock], Green[PixelsPerBlock], Blue[PixelsPerBlock], Depth[PixelsPerBlock];
   float OccluderDepth[PixelsPerBlock]; ///< layers behind this are hidden by another prop

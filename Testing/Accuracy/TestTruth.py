@@ -64,8 +64,10 @@ class Truth(ToolCase):
             one, seven, many = reached
             three, thirteen = (reach("--lens-cells", cells) for cells in ("3", "13"))
             print(f"3 and 13 cells: {three:.2f} {thirteen:.2f}")  # 49.4, 51.9, 52.1, 60.1 and 61.3
-            for fewer, more in zip((one, three, seven, thirteen), (three, seven, thirteen, many)):
-                self.assertGreater(more, fewer + 0.2)
+            # One picture and three cells gained 1.1 and 0.6 dB by second moments, seven none.
+            self.assertGreater(seven, three + 0.2)
+            for fewer, more in ((one, three), (seven, thirteen), (thirteen, many)):
+                self.assertGreater(more, fewer + 0.5)
 
     def test_scenes(self):
         for scene, floors in FLOORS.items():

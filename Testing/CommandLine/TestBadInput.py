@@ -134,6 +134,11 @@ class TestBadInput(ToolCase):
         self.assertEqual(result.returncode, 2)
         self.assertIn("/dev/stdin is no file but a pipe", result.stderr)
 
+    def test_closed_output(self):
+        """As of services."""
+        result = self.run_tool("info", "ok.ply", preexec_fn=lambda: os.close(1))
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+
     def test_clouds_without_points(self):
         write_ply("none.ply", np.zeros((0, 3)))
         self.refuse_cloud("none.ply", "no points")

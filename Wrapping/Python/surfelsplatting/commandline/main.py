@@ -13,7 +13,7 @@ def main(words=None):
     try:
         arguments = parse_arguments(sys.argv[1:] if words is None else words)
         arguments.run(arguments)
-        sys.stdout.flush()
+        print(end="", flush=True)  # does nothing if the caller has closed stdout
     except UserProblem as problem:
         print("surfelsplat: " + " ".join(str(problem).split()), file=sys.stderr)
         return 2
@@ -34,9 +34,11 @@ def main(words=None):
 def run():
     """The program. It ends without destructors: those of a cloud of a million points and of the
     libraries take 40 ms."""
-    sys.stdout.reconfigure(errors="backslashreplace")  # as stderr: names of files may be no text
+    streams = [stream for stream in (sys.stdout, sys.stderr) if stream]  # None: closed by the caller
+    for stream in streams:
+        stream.reconfigure(errors="backslashreplace")  # names of files may be no text
     code = main()
-    with suppress(BrokenPipeError):  # what was printed before an error
-        sys.stdout.flush()
-    sys.stderr.flush()
+    for stream in streams:
+        with suppress(BrokenPipeError):  # what was printed before an error
+            stream.flush()
     os._exit(code)
