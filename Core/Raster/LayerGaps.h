@@ -52,14 +52,14 @@ SURFELSPLATTING_INLINE LayerExtent ExtentOf(
 
 /// The share of the radius of an item's blur, in the world, that counts for its band. What covers
 /// one another becomes one layer in a wide band, and adds up there; in a narrow one surfaces fall
-/// apart. (With 0.3, a dragon blurred by 24 px has 0.6 dB less; with none, it has 0.3 dB more, but
-/// blurred corners lose 0.044 of their coverage instead of 0.039.)
+/// apart. (With 0.3, a dragon blurred by 24 px has 0.5 dB less; with none, it has 0.4 dB more, but
+/// blurred corners lose 0.045 of their coverage instead of 0.039.)
 constexpr float BlurOfBand = 0.125f;
 
 /// The share of the length of the layer, behind its mean depth, that counts for the band. Two
 /// splats of different size that begin at nearly the same depth may swap: with 0.2 for splats,
 /// pixels of a lion in motion pop by 3.8 levels instead of 2.7. Tents are means over many splats:
-/// with 0.5 for them, a dragon blurred by 24 px has 0.6 dB less, and with none a plane between
+/// with 0.5 for them, a dragon blurred by 24 px has 0.5 dB less, and with none a plane between
 /// grids is off by 0.037 of its coverage instead of 0.029.
 constexpr float LayerOfBand = 0.5f, LayerOfBandOfTent = 0.2f;
 
