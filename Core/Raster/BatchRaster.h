@@ -221,7 +221,7 @@ template <bool OnLens, RasterPass Pass, bool Plain>
 SURFELSPLATTING_INLINE std::uint64_t AddItemsToBlock(
   const BatchBlock& at, const PreparedItem* batch, std::uint64_t items)
 {
-  const std::uint64_t skipped = at.Settings.SkipHidden ? std::uint64_t{ 1 } << at.Block : 0;
+  const std::uint64_t skipped = at.Settings.ShortCuts ? std::uint64_t{ 1 } << at.Block : 0;
   if ((at.Tile.Opaque & skipped) != 0)
   {
     return 0;

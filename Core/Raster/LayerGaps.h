@@ -95,6 +95,7 @@ struct LayerGaps
   Lanes Bands; ///< the part over which the layers leak, in bands, at most LargestGap
   Lanes Rest;  ///< the other part, over which they stay open, world units
   LaneMask Leaks;
+  Lanes PerBand; ///< of what follows the layers, 1 / world units
 };
 
 /// @param near of the item @param weight of its fragments
@@ -106,7 +107,7 @@ SURFELSPLATTING_INLINE LayerGaps FindGaps(
   const Lanes share = LeakingShare(weight);
   const Lanes bands = Smaller(share * Smaller(behind * perBand, WidestGap), LargestGap);
   const LaneMask leaks = bands > LeastGap;
-  return { bands, Select(leaks, behind - share * behind, behind), leaks };
+  return { bands, Select(leaks, behind - share * behind, behind), leaks, perBand };
 }
 
 /// The share of layers that stays open over gaps. @param bands at most LargestGap

@@ -34,7 +34,7 @@ std::uint64_t AddBlocks(PixelTile& tile, const Splat& splat, const LensFootprint
     OnLens && !settings.HasLayers && !callbacks.Leaked && settings.LensRadius > 0.0f;
   std::uint64_t fragments = 0, tilted = 0;
   std::uint64_t blocks =
-    BlocksOfSplat(s, place, s.DepthX, FewPixels) & ~(settings.SkipHidden ? tile.Opaque : 0);
+    BlocksOfSplat(s, place, s.DepthX, FewPixels) & ~(settings.ShortCuts ? tile.Opaque : 0);
   const std::uint64_t linear = isFinished ? BlocksWithLinear(tile, copy, blocks) : 0;
   if (linear != 0)
   {
@@ -90,8 +90,8 @@ std::uint64_t AddGaussian(PixelTile& tile, const Splat& splat, const LensFootpri
   }
   if (IsInFocus(splat, settings, callbacks))
   {
-    return splat.Opacity > 0.0f ? AddInFocus<true>(tile, splat, place, settings.SkipHidden)
-                                : AddInFocus<false>(tile, splat, place, settings.SkipHidden);
+    return splat.Opacity > 0.0f ? AddInFocus<true>(tile, splat, place, settings.ShortCuts)
+                                : AddInFocus<false>(tile, splat, place, settings.ShortCuts);
   }
   return AddBlocks<false>(tile, splat, lens, place, settings, callbacks);
 }

@@ -124,7 +124,7 @@ struct PixelTile
   DoubtedLayers Doubted[BlocksPerTile]; ///< with RasterSettings::Doubts only
   TentLayers Tents[BlocksPerTile];      ///< of blocks WithTents
   /// Bit i: no pixel of block i lets more than MinTransmittance through. With
-  /// RasterSettings::SkipHidden nothing more is added to the block.
+  /// RasterSettings::ShortCuts nothing more is added to the block.
   std::uint64_t Opaque;
   /// Bit i: no pixel of block i lets more than DarkTransmittance through (BroadGaussians.h); not
   /// known of all such blocks.
@@ -208,7 +208,9 @@ struct RasterSettings
   /// are those of the unit disc.
   float RootXX = 1.0f, RootXY = 0.0f, RootYY = 1.0f;
   RasterPass Pass = RasterPass::Layers;
-  bool SkipHidden = false; ///< add nothing to opaque blocks
+  /// Change pixels by about MinTransmittance to save time: add nothing to opaque blocks, and end
+  /// layers beside an item that begins far behind them (LayerGaps.h).
+  bool ShortCuts = false;
   bool Doubts = false;     ///< sum up PixelTile::Doubted
   bool HasLayers = true;   ///< the tile may have open layers
   /// Splats begin so far in front of the depth by which they are sorted at most, world units.

@@ -54,7 +54,7 @@ void TileRaster::Set(
   this->Sink = sink;
   this->Cells = nullptr;
   this->SkipHidden = skipHidden && !sink;
-  this->Settings.SkipHidden = this->SkipHidden;
+  this->Settings.ShortCuts = this->SkipHidden;
 }
 
 void TileRaster::SetCoarse(const RasterSettings& settings, CellSink& cells)

@@ -231,6 +231,8 @@ SURFELSPLATTING_LANES(
 SURFELSPLATTING_LANES(
   LaneMask, operator&(const LaneMask& a, const LaneMask& b), static_cast<MaskPart>(a.P[p] & b.P[p]))
 SURFELSPLATTING_LANES(
+  LaneMask, operator|(const LaneMask& a, const LaneMask& b), static_cast<MaskPart>(a.P[p] | b.P[p]))
+SURFELSPLATTING_LANES(
   Lanes, Select(const LaneMask& m, const Lanes& a, const Lanes& b), Choose(m.P[p], a.P[p], b.P[p]))
 /// The smaller and the larger; b where one of them is NaN.
 SURFELSPLATTING_LANES(Lanes, Smaller(const Lanes& a, const Lanes& b), Smaller(a.P[p], b.P[p]))

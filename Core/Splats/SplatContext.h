@@ -34,7 +34,8 @@ struct SplatContext
   TileSet Drawn;             ///< cells may leave out splats that touch no other tiles
   SplatSettings Settings;
   CutSettings Cut;
-  bool SkipHidden = true;   ///< skip surfels behind opaque layers, in tiles that are fully opaque
+  /// Skip surfels behind opaque layers, and end layers early (RasterSettings::ShortCuts).
+  bool SkipHidden = true;
   bool CoarseGrids = true;  ///< draw wide splats on grids of larger cells
   bool GaussianRuns = true; ///< draw blurred Gaussians in space on larger cells (GaussianRun.h)
   /// For comparison: a plain z-buffer instead of layers. Each pixel shows only its nearest surface,

@@ -66,7 +66,7 @@ void TestLoops(const RasterTarget& target)
 {
   Random random(31);
   RasterSettings settings{ 5.0f, 1e30f };
-  settings.SkipHidden = true;
+  settings.ShortCuts = true;
   const auto own = TileBehindProp(), general = TileBehindProp();
   for (int i = 0; i < 400; ++i)
   {

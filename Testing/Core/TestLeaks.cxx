@@ -14,6 +14,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
+#include <memory>
 
 using namespace SurfelSplatting;
 using namespace WideSplats;
@@ -68,6 +70,42 @@ TEST_CASE("Leaking streams")
     CHECK(off < (onLens ? 1.0 / 512.0 : 2e-5));
   }
   std::printf("leaking streams: off by %.1e at most\n", worst);
+}
+
+/// A splat that covers two pixels of a block also ends layers of others, if they lie far enough in
+/// front of it, and only with ShortCuts. The picture is the same.
+TEST_CASE("Layers beside a splat")
+{
+  const RasterTarget& target = SelectRasterTarget();
+  const TilePlace all{ { 0, 0, BlockSize, BlockSize }, 2.0f, 2.0f };
+  const TilePlace left{ { 0, 1, 1, 3 }, 0.5f, 2.0f };
+  constexpr float range = 0.1f, band = 0.5f * range;
+  for (const float bands : { 60.0f, 70.0f })
+  {
+    std::unique_ptr<PixelTile> tiles[2];
+    for (const bool shortCuts : { false, true })
+    {
+      RasterSettings settings{ 5.0f, 1.0f };
+      settings.ShortCuts = shortCuts;
+      tiles[shortCuts] = EmptyTile();
+      PixelTile& tile = *tiles[shortCuts];
+      Splat s = SplatOf({ 1.0f, 1.0f, 0.6f, 0.5f });
+      AddSplat(target, tile, { s, nullptr, nullptr }, all, settings, Nobody);
+      s.Near = 1.0f + bands * band;
+      s.Far = s.Near + range;
+      s.A = s.B = 5.0f; // a radius of 1 px
+      AddSplat(target, tile, { s, nullptr, nullptr }, left, settings, Nobody);
+      const bool ended = shortCuts && bands > 64.0f; // WidestGap
+      const float* through = tile.Finished[0].Transmittance;
+      CHECK_NEAR(through[LaneOfPixel(0, 1)], 0.4, 1e-6);
+      CHECK_NEAR(through[LaneOfPixel(3, 1)], ended ? 0.4 : 1.0, 1e-6);
+      CHECK((tile.Open[0].Weight[LaneOfPixel(3, 1)] == 0.0f) == ended);
+      s.A = s.B = 1e-30f;
+      AddSplat(target, tile, { s, nullptr, nullptr }, all, settings, Nobody);
+      target.CloseAll(tile, settings, Nobody);
+    }
+    CHECK(std::memcmp(tiles[0]->Finished, tiles[1]->Finished, sizeof(tiles[0]->Finished)) == 0);
+  }
 }
 
 /// A splat of hardly any weight within a gap changes nothing, wherever it is: exp(-gap / band) is

@@ -119,7 +119,7 @@ void TestOpaqueBlocks(const RasterTarget& target)
   for (const bool skip : { false, true })
   {
     RasterSettings settings = Settings;
-    settings.SkipHidden = skip;
+    settings.ShortCuts = skip;
     const auto tile = EmptyTile();
     std::uint64_t fragments[3];
     AddSplat(target, *tile, { wall, nullptr, nullptr }, { left, 16, 16 }, settings, Nobody);
