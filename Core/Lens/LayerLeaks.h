@@ -46,6 +46,21 @@ SURFELSPLATTING_INLINE Real ShareOfReach(const Real& kernel, const Real& layer)
   return Smaller((1.0f / KernelOfReach) * kernel + begins, Real(1.0f));
 }
 
+/// Beyond the lens's rim nothing is seen: a tail of a kernel there would bridge the gap between two
+/// surfaces that are seen through opposite sides of the lens. From |u|^2 = 1 on, a fragment
+/// lengthens its layer less, and not at all from this on. (Without the limit, a dragon blurred by
+/// 24 px has 99 pixels with edges of more than 7 levels instead of 88.)
+constexpr float EndOfRim = 1.2f;
+
+/// How much of its weight a fragment counts with for the length of its layer, [0, 1].
+/// @param twice squared length of 2 u
+template <class Real>
+SURFELSPLATTING_INLINE Real ShareWithinRim(const Real& twice)
+{
+  constexpr float slope = 1.0f / (EndOfRim - 1.0f);
+  return Smaller(Larger(slope * EndOfRim - 0.25f * slope * twice, Real(0.0f)), Real(1.0f));
+}
+
 /// Where a layer ends, world units along the view direction. A part of it may go on farther: in
 /// one cell of a coarse grid splats between two surfaces may join them, and not in the next. Where
 /// the tents of both overlap, the joint fades in from pixel to pixel.

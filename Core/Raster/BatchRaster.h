@@ -20,19 +20,25 @@ namespace SurfelSplatting
 {
 namespace
 {
+/// What counts of fragments' weights for the length of their layers.
+/// @param most weights @param kernel 1 at the centre @param u 2 u, where they pass the lens
+/// @param layer sum w before them
+template <bool OnLens>
+SURFELSPLATTING_INLINE Lanes ReachingWeight(
+  const Lanes& most, const Lanes& kernel, const LensPoints& u, const Lanes& layer)
+{
+  return OnLens ? most * ShareOfReach(kernel, layer) * ShareWithinRim(u.X * u.X + u.Y * u.Y) : most;
+}
+
 /// Makes the layers of a splat's fragments longer.
-/// @param begin BeginItem @param most weights over RoomToFill @param kernel 1 at the centre
+/// @param begin BeginItem @param weight ReachingWeight, over RoomToFill
 template <bool OnLens, RasterPass Pass>
 SURFELSPLATTING_INLINE void Lengthen(BlockLayers<OnLens, Pass>& open, const ZRange& range,
-  const Lanes& begin, const Lanes& most, const Lanes& kernel, const LaneMask& inside)
+  const Lanes& begin, const Lanes& weight, const LaneMask& inside)
 {
   constexpr float perReach =
     RoomToFill<OnLens> / (Pass == RasterPass::Collect ? WeightOfReachInCell : WeightOfReach);
-  Lanes reach = perReach * most;
-  if (OnLens)
-  {
-    reach *= ShareOfReach(kernel, open.Weight);
-  }
+  const Lanes reach = perReach * weight;
   const Lanes longer = begin + reach * (range.Far - begin);
   open.Far = Select(inside, Larger(Smaller(longer, range.Far), begin), open.Far);
 }
@@ -186,7 +192,7 @@ SURFELSPLATTING_INLINE unsigned int AddSplatToBlock(
   {
     const ItemRange place{ p.Range, p.Range.Near };
     const Lanes begin = BeginItem(open, at, *p.Item, place, RoomToFill<OnLens> * most, inside);
-    Lengthen(open, p.Range, begin, most, kernel, inside);
+    Lengthen(open, p.Range, begin, ReachingWeight<OnLens>(most, kernel, u, open.Weight), inside);
   }
   const Lanes weight = LimitWeight<OnLens>(most, FindRoom(open, u, 1.0f + Ripple<OnLens>));
   Lanes depth = p.Depth + p.DepthY * at.Y + p.DepthX * at.X;

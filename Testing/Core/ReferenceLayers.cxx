@@ -77,7 +77,8 @@ void ReferenceLayers::Prepare(const ReferenceFragment& f)
     return;
   }
   const double begins = std::max(0.0, 1.0 - 2.0 * this->Weight);
-  const double share = f.OnLens ? std::min(1.0, 5.0 * f.Kernel + begins) : 1.0;
+  const double rim = std::clamp(6.0 - 5.0 * (f.U[0] * f.U[0] + f.U[1] * f.U[1]), 0.0, 1.0);
+  const double share = f.OnLens ? rim * std::min(1.0, 5.0 * f.Kernel + begins) : 1.0;
   const double reach = std::min(1.0, share * f.Weight / 0.004);
   this->Far = begin + reach * std::max(0.0, f.Far - begin);
 }
