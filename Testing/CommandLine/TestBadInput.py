@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Bad input: one line that says what is wrong, exit code 2, nothing written."""
 
+import gzip
 import importlib.util
 import json
 import os
@@ -66,6 +67,8 @@ class TestBadInput(ToolCase):
         for packed, how in (("cloud.zip", "unzip cloud.zip"), ("a cloud.xyz.gz", "gunzip -k 'a cloud.xyz.gz'"),
                             ("cloud.tar.xz", "tar xf cloud.tar.xz")):
             self.refuse_cloud(write(packed, "PK"), "is packed; unpack it first: " + how)
+        packed = write("packed.ply", gzip.compress(content_of("ok.ply")))
+        self.refuse_cloud(packed, "is packed; unpack it first: gunzip < packed.ply > unpacked-packed.ply")
         expected = "no readable zip" if importlib.util.find_spec("PIL") else "pip install Pillow"
         self.refuse_cloud(write("cloud.sog", "PK"), expected)
         self.refuse_cloud(write("cloud.spz", "NGSP"), "its header is cut short")

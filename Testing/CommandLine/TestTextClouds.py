@@ -35,6 +35,15 @@ class TestTextClouds(ToolCase):
                      "id\tcode\teast\tnorth\theight\nA1\tgr\t1\t2\t3\nA2\tgr\t4\t5\t6\n"):
             self.assertEqual(self.check_points(text, path="a.csv"), {}, text)
         self.check_points("x,y,z\nm,m,m\n1,2,3\n4,5,6\n")
+        arrays = self.check_points("X,Y,Z,R,G,B\nm,m,m,-,-,-\n1,2,3,10,20,30\n4,5,6,40,50,60\n", path="a.csv")
+        np.testing.assert_array_equal(arrays["RGB"], [[10, 20, 30], [40, 50, 60]])
+        self.assertFalse(self.columns.unsure)
+
+    def test_tables_that_were_joined(self):
+        for head in ("x,y,z,r,g,b\n", "made by me\nx,y,z,r,g,b\nm,m,m,-,-,-\n"):
+            text = head + "1,2,3,,20,30\n\ufeff" + head + "4,5,6,40,50,60\n"
+            arrays = self.check_points(text, path="a.csv")
+            np.testing.assert_array_equal(arrays["RGB"], [[0, 20, 30], [40, 50, 60]])
 
     def test_marks_in_pts_files(self):
         for text in ("2\n1 2 3\n4 5 6\n", "BEGIN\n1 2 3\n4 5 6\nEND\n", "1\n1 2 3\n1\n4 5 6\n"):
@@ -192,6 +201,13 @@ class TestTextClouds(ToolCase):
                      '"1234,5","-5645023,25","3"\n"4","5","6,125"\n', '1234,5;"-5645023,25";3\n4;5;"6,125"\n'):
             for names in ("", '"x","y","z"\n' if '",' in text else "x;y;z\n" if ";" in text else "x y z\n"):
                 self.check_points(names + text, expected, "a.csv")
+        for mark in "'\u2019\u00a0\u202f ":
+            big = f"-5{mark}645{mark}023"
+            for text in (f"1{mark}234.5;{big}.25;3\n4;5;6.125\n", f"1{mark}234,5\t{big},25\t3\n4\t5\t6,125\n",
+                         f'"1{mark}234,5","{big},25","3"\n4,5,"6,125"\n',
+                         *([f"1{mark}234.5,{big}.25,3\n4,5,6.125\n"] if mark != " " else [])):
+                self.check_points(text, expected, "a.csv")
+        self.check_points("100 200 300\n1 2 3\n", ((100, 200, 300), (1, 2, 3)))
         self.check_points("123,456,789.5\n1,2,3\n", ((123, 456, 789.5), (1, 2, 3)))
         self.check_points("123,456,789\n1,2,3\n", ((123, 456, 789), (1, 2, 3)))
         self.check_points('"1,2,3"\n"4,5,6"\n')
@@ -257,7 +273,7 @@ class TestTextClouds(ToolCase):
 
     def test_errors_name_the_line(self):
         for row in ("4,5,bad,7", "4,5"):
-            with self.assertRaisesRegex(UserProblem, "line 4$", msg=row):
+            with self.assertRaisesRegex(UserProblem, "line 4; complete or delete that line$", msg=row):
                 self.read(f"x,y,z,a\n1,2,3,7\n\n{row}\n")
 
     def test_tables_of_other_names(self):

@@ -7,13 +7,23 @@ from dataclasses import dataclass
 DECIMAL_COMMA = re.compile(r"\s*[+-]?\d*(\d|,\d+)([eE][+-]?\d+)?\s*")
 # Numbers that have marks for their thousands, by that mark.
 GROUPED = {".": re.compile(r"[+-]?\d{1,3}(\.\d{3})+,\d+"), ",": re.compile(r"[+-]?\d{1,3}(,\d{3})+\.\d+")}
+# Other marks of thousands: apostrophes, and blanks
+APART = ("'", "\u2019", "\u00a0", "\u202f", " ")
 QUOTED = re.compile(r'"([^"]*)"')
 FEW = 100  # lines that show how the numbers of a file are written
+
+
+def _joined(text, mark):
+    """The text without the mark where it is one of thousands."""
+    return re.sub(rf"(?<=\d){mark}(?=\d{{3}}(?!\d))", "", text)
 
 
 def _in_quotes(match):
     """A quoted number, whose commas separate no columns, as Python writes it; else what is quoted."""
     text = match[1].strip()
+    for mark in APART:
+        joined = _joined(text, mark)
+        text = joined if DECIMAL_COMMA.fullmatch(joined) else text
     for mark, pattern in GROUPED.items():
         if pattern.fullmatch(text):
             text = text.replace(mark, "")
@@ -27,10 +37,11 @@ class Marks:
     has_quotes: bool = False
     has_quoted_commas: bool = False
     thousands: str = ""  # "." or ","
+    apart: str = ""  # one of APART, or nothing
     has_decimal_comma: bool = False
 
     def __bool__(self):
-        return bool(self.has_quotes or self.thousands or self.has_decimal_comma)
+        return bool(self.has_quotes or self.thousands or self.apart or self.has_decimal_comma)
 
     def read(self, line):
         """-> the line with numbers as Python writes them"""
@@ -38,15 +49,30 @@ class Marks:
             line = QUOTED.sub(_in_quotes, line)
         if self.has_quotes:
             line = line.replace('"', "")
+        if self.apart:
+            line = _joined(line, self.apart)
         if self.thousands:
             line = line.replace(self.thousands, "")
         return line.replace(",", ".") if self.has_decimal_comma else line
+
+
+def _find_apart(lines):
+    """The one of APART that marks thousands in these lines, or nothing."""
+    for mark in APART:
+        # A blank separates columns, unless something else does.
+        columns = re.compile(r"[;|\t]" if mark == " " else r"[;|,\t ]")
+        grouped = re.compile(rf"[+-]?\d{{1,3}}({mark}\d{{3}})+([.,]\d+)?")
+        rows = [columns.split(line.strip()) for line in lines if mark in line]
+        if any(grouped.fullmatch(cell.strip()) for row in rows if len(row) > 2 for cell in row):
+            return mark
+    return ""
 
 
 def marks_of(lines):
     """-> Marks of a file that begins with these lines; its delimiter tells whether commas are decimal points"""
     quoted = [cell for line in lines if '"' in line for cell in QUOTED.findall(line)]
     marks = Marks(bool(quoted), any("," in cell for cell in quoted))
+    marks.apart = _find_apart(list(map(marks.read, lines[:FEW])))
     rows = [re.split(r"[;|\s]+", marks.read(line).strip()) for line in lines[:FEW]]
     # 123,456,789.5 alone in a line is a point.
     cells = {cell for row in rows if len(row) > 2 for cell in row}

@@ -202,7 +202,7 @@ _READERS = {
 }
 # What files begin with, whatever they are called.
 _BEGINS = {b"ply\n": ".ply", b"ply\r": ".ply", b"# .PCD": ".pcd", b"LASF": ".las", b"ASTM-E57": ".e57",
-           b"glTF": ".glb", b"\x93NUMPY": ".npy"}
+           b"glTF": ".glb", b"\x93NUMPY": ".npy", b"\x1f\x8b": ".gz"}
 LONGEST_BEGIN = max(map(len, _BEGINS))
 # Programs give tables of points names of their own, such as .dat.
 _TABLE = ".txt"
@@ -284,9 +284,14 @@ def _reader_of(path):
     """-> one of _READERS, or UserProblem"""
     named = os.path.splitext(path)[1].lower()
     kind = _kind_by_content(path) or named
+    if kind == ".gz" and named == ".spz":  # it is packed by itself
+        kind = named
     if kind in _PACKED:
-        program = "tar xf" if ".tar." in path.lower() else _PACKED[kind]
-        raise UserProblem(f"{path} is packed; unpack it first: {program} {quote(path)}")
+        program = "tar xf" if ".tar." in path.lower() else _PACKED[named if named in _PACKED else kind]
+        how = f"{program} {quote(path)}"
+        if named not in _PACKED:  # gunzip refuses such names
+            how = f"gunzip < {quote(path)} > {quote('unpacked-' + os.path.basename(path))}"
+        raise UserProblem(f"{path} is packed; unpack it first: {how}")
     if kind not in _READERS:
         from .text import is_table
 

@@ -29,11 +29,12 @@ MOST_COLUMNS = 1000  # of a table that has more columns than lines
 @dataclass
 class _Layout:
     encoding: str
-    skip: int  # lines at the top
+    head: list  # lines above the first point
     delimiter: str  # None: blanks
     marks: Marks
     names: list  # of the columns; None if there are none
     used: list  # columns that hold numbers; None: all
+    repeats_head: bool = False  # as where tables were joined
 
 
 def _words(line):
@@ -90,16 +91,20 @@ def _delimiter(row):
 
 
 def _find_names(lines, delimiter, count):
-    """The names of the columns, from the lines above the first point; None if there are none."""
+    """The names of the columns, from the lines above the first point; None if there are none. A line of units may
+    follow."""
+    others = None
     for line in reversed(lines):
         plain = line.strip().lstrip("#/").strip()
         is_comment = line.lstrip().startswith(COMMENTS)
         for names in (_split(plain, delimiter), _words(plain)):
             names = [name.strip("\"'") for name in names]
             is_table_head = len(names) == count and not all(map(_is_number, names))
-            if is_table_head and (has_places(names) or not is_comment):
+            if is_table_head and has_places(names):
                 return names
-    return None
+            if is_table_head and not is_comment:
+                others = others or names
+    return others
 
 
 def _are_halves(rows):
@@ -159,6 +164,10 @@ def is_table(path):
     return first is not None and len(_words(top[first])) >= 3
 
 
+def _is_head(line, head):
+    return line.lstrip("\ufeff") in head  # tables that were joined have their marks
+
+
 def _find_layout(path):
     encoding = _find_encoding(path)
     with _open(path, encoding) as file:
@@ -181,24 +190,29 @@ def _find_layout(path):
     delimiter, marks.has_decimal_comma = _delimiter(row)
     words = _split(marks.read(row), delimiter)
     names = _find_names(head[:first], delimiter, len(words))
-    rows = [_split(marks.read(line), delimiter) for line in plain[first:] if line.strip(BLANK)]
+    rows = [_split(marks.read(line), delimiter) for line, whole in zip(plain[first:], head[first:])
+            if line.strip(BLANK) and not _is_head(whole, head[:first])]
     if names is None and delimiter == ",":
         _check_commas(path, head[:first], rows)
     used = _columns_of_numbers([row for row in rows if len(row) == len(words)])
     # A last delimiter ends its line and begins no column.
     is_whole = len(used) == len(words) or (names is None and words[-1] != "")
-    return _Layout(encoding, first, delimiter, marks, names, None if is_whole else used)
+    return _Layout(encoding, head[:first], delimiter, marks, names, None if is_whole else used)
 
 
 def _lines(file, path, layout, at):
-    """Lines of points. at: [number of the line that was read last]"""
+    """Lines of points. at: [number of the line that was read last, the line]"""
     def counted():
-        for at[0], line in enumerate(file, 1):
+        skip = len(layout.head)
+        for at[0], at[1] in enumerate(file, 1):
             # loadtxt's skiprows does not count blank lines, so the lines are skipped here.
-            if at[0] > layout.skip and line.strip(BLANK):  # spreadsheets end in ",,,"
-                yield line
+            if at[0] > skip and at[1].strip(BLANK):  # spreadsheets end in ",,,"
+                yield at[1]
 
-    lines = map(layout.marks.read, counted()) if layout.marks else counted()
+    lines = counted()
+    if layout.repeats_head:
+        lines = (line for line in lines if not _is_head(line, layout.head))
+    lines = map(layout.marks.read, lines) if layout.marks else lines
     if path.lower().endswith(".pts"):
         lines = (line for line in lines if not PTS_MARK.fullmatch(line.strip()))
     return lines
@@ -206,25 +220,24 @@ def _lines(file, path, layout, at):
 
 def _read_table(path, layout):
     """-> [rows, columns], float64"""
-    at = [0]
-
-    def load(**more):
-        with _open(path, layout.encoding) as file:
-            return np.loadtxt(_lines(file, path, layout, at), ndmin=2, comments=COMMENTS,
-                              delimiter=layout.delimiter, usecols=layout.used, encoding=None, **more)
-
-    try:
+    at = [0, ""]
+    more = {}
+    while True:
         try:
-            return load()
+            with _open(path, layout.encoding) as file:
+                return np.loadtxt(_lines(file, path, layout, at), ndmin=2, comments=COMMENTS,
+                                  delimiter=layout.delimiter, usecols=layout.used, encoding=None, **more)
         except ValueError as problem:
             cell = re.search("convert string '(.*?)'", str(problem))
-            if not cell or not _is_missing(cell[1]):
-                raise
-            # Cells may be empty. This takes ten times as long.
-            return load(converters=lambda cell: math.nan if _is_missing(cell) else float(cell))
-    except ValueError as problem:
-        reason = re.sub(r" at row \d+.*| to float64.*", "", str(problem).split(";")[0]).rstrip(".")
-        raise UserProblem(f"{path} is not a table of numbers: {reason}, line {at[0]}") from problem
+            if cell and _is_missing(cell[1]) and not more:
+                # Cells may be empty. This takes ten times as long.
+                more = {"converters": lambda cell: math.nan if _is_missing(cell) else float(cell)}
+            elif _is_head(at[1], layout.head) and not layout.repeats_head:
+                layout.repeats_head = True
+            else:
+                reason = re.sub(r" at row \d+.*| to float64.*", "", str(problem).split(";")[0]).rstrip(".")
+                raise UserProblem(f"{path} is not a table of numbers: {reason}, line {at[0]}; complete or delete "
+                                  "that line") from problem
 
 
 def read_text_cloud(path):
