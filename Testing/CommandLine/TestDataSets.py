@@ -70,6 +70,17 @@ class TestDataSets(ToolCase):
         self.check(self.read("a.vtu", vtu(COLORS * 257, "UInt16")))
         self.check(self.read("a.vtu", vtu(COLORS / 255, "Float64")))
 
+    def test_colors_and_normals_in_arrays_of_their_own(self):
+        """As of tables that ParaView has read"""
+        columns = {"Red": COLORS[:, 0], "Green": COLORS[:, 1], "Blue": COLORS[:, 2], "nx": [0] * 4, "ny": [0] * 4,
+                   "nz": [1] * 4}
+        arrays = "".join(f'<DataArray type="Float64" Name="{name}" format="ascii">{" ".join(map(str, values))}</DataArray>'
+                         for name, values in columns.items())
+        cloud = self.read("a.vtu", vtu().replace("<PointData>", "<PointData>" + arrays).replace('"rgb"', '"other"'))
+        self.check(cloud)
+        np.testing.assert_array_equal(vtk_to_numpy(cloud.GetPointData().GetNormals()), [[0, 0, 1]] * 4)
+        self.assertEqual(set(arrays_of(cloud)), {"RGB", "Normals", "intensity", "other"})
+
     def test_legacy(self):
         points = f"POINTS 4 double\n{text_of(POINTS)}\n"
         for kind, rest in (("POLYDATA", ""), ("UNSTRUCTURED_GRID", "CELLS 0 0\nCELL_TYPES 0\n")):

@@ -4,11 +4,16 @@
 import os
 from contextlib import nullcontext
 
+import numpy as np
+
 from ..backend import vtk
 from ..clouds.colors import COLOR_NAMES, color_bytes, is_colors
 from ..clouds.polydata import as_polydata
 from ..clouds.volumes import is_volume
 from ..problems import UserProblem
+from ..vtkarrays import named_array, to_numpy
+from .columnnames import NORMALS, RGB, XYZ, meanings_of
+from .columns import Columns, arrays_of_columns
 from .probing import check_survives, silent_libraries
 from .rawvolumes import check_raw_size
 
@@ -37,6 +42,34 @@ def _use_colors(cloud):
                 return
 
 
+def _numbers_by_meaning(data, count):
+    """-> {red and the like: name} of arrays with one number for each of so many points"""
+    arrays = [data.GetArray(number) for number in range(data.GetNumberOfArrays())]
+    arrays = [array for array in arrays if array and array.GetName() and array.GetNumberOfComponents() == 1
+              and array.GetNumberOfTuples() == count]
+    names = [array.GetName() for array in arrays]
+    return dict(zip(meanings_of(names), names))
+
+
+def _join_columns(cloud):
+    """Colours and normals in three arrays, as of tables that ParaView has read, become one."""
+    data = cloud.GetPointData()
+    named = _numbers_by_meaning(data, cloud.GetNumberOfPoints())
+    wanted = [*([] if is_colors(data.GetScalars()) else [RGB]), *([] if data.GetNormals() is not None else [NORMALS])]
+    meanings = [meaning for triple in wanted if set(triple) <= set(named) for meaning in triple]
+    if not meanings or not cloud.GetNumberOfPoints():
+        return
+    places = to_numpy(cloud.GetPoints().GetData())
+    table = np.column_stack([places, *(to_numpy(data.GetArray(named[meaning])) for meaning in meanings)])
+    _, arrays = arrays_of_columns(table, Columns([*XYZ, *meanings], "by their names"))
+    for meaning in meanings:
+        data.RemoveArray(named[meaning])
+    if "RGB" in arrays:
+        data.SetScalars(named_array("RGB", arrays["RGB"]))
+    if "Normals" in arrays:
+        data.SetNormals(named_array("Normals", arrays["Normals"], np.float32))
+
+
 def _make_reader(path):
     module, name = _READERS[os.path.splitext(path)[1].lower()]
     reader = getattr(vtk(module), name)()
@@ -53,6 +86,7 @@ def _volume_or_points(data):
         return data
     cloud = as_polydata(data)
     _use_colors(cloud)
+    _join_columns(cloud)
     return cloud
 
 
