@@ -196,6 +196,7 @@ private:
     SurfelSplatting::FillNodes(
       leaves.Cloud, this->Layout, executor, reinterpret_cast<HierarchyNode*>(nodes->GetPointer(0)));
     output->GetFieldData()->AddArray(nodes);
+    SurfelSplatting::NoteSources(output);
   }
 
   void AddFieldData(vtkPolyData* output)

@@ -113,6 +113,10 @@ void MapArrays(const std::shared_ptr<const Core::ArrayFile>& file, vtkPolyData* 
     }
     AddArray(stored.Role, Core::MakeMappedArray(file, stored), output);
   }
+  if (output->GetFieldData()->HasArray(Core::Arrays::Nodes))
+  {
+    Core::NoteSources(output);
+  }
   vtkDataArray* colors = output->GetFieldData()->GetArray(Core::Arrays::NodeColors);
   vtkDataArray* scalars = output->GetPointData()->GetScalars();
   if (colors && scalars)

@@ -11,7 +11,9 @@
 #include <vtkUnsignedCharArray.h>
 #include <vtkVariant.h>
 
+#include <algorithm>
 #include <cstdint>
+#include <iterator>
 
 namespace SurfelSplatting
 {
@@ -21,6 +23,35 @@ vtkDataArray* LeafCounts(vtkPolyData* input)
 {
   return input ? input->GetFieldData()->GetArray(Arrays::Leaves) : nullptr;
 }
+
+/// What nodes are computed from, but for the places of the surfels.
+constexpr const char* SourcesOfNodes[] = { Arrays::Covariance, Arrays::AreaVector, Arrays::TwoSided,
+  Arrays::Overlap, Arrays::Opacity, Arrays::GaussianCovariance, Arrays::GaussianOpacity,
+  Arrays::GaussianExtinction, Arrays::GaussianNormal };
+
+std::string NamesOfSources(vtkPolyData* input)
+{
+  std::string names;
+  for (const char* name : SourcesOfNodes)
+  {
+    names += input->GetPointData()->HasArray(name) ? std::string(names.empty() ? "" : " ") + name
+                                                   : std::string();
+  }
+  return names;
+}
+}
+
+void NoteSources(vtkPolyData* input)
+{
+  vtkAbstractArray* nodes = input->GetFieldData()->GetAbstractArray(Arrays::Nodes);
+  nodes->SetComponentName(0, NamesOfSources(input).c_str());
+}
+
+bool HaveOtherSources(vtkPolyData* input)
+{
+  vtkAbstractArray* nodes = input->GetFieldData()->GetAbstractArray(Arrays::Nodes);
+  const char* names = nodes ? nodes->GetComponentName(0) : nullptr;
+  return names && NamesOfSources(input) != names;
 }
 
 bool IsHierarchy(vtkPolyData* input)
@@ -103,22 +134,13 @@ vtkDataArray* FindComputed(
 
 bool IsOutdated(vtkPolyData* input, vtkAbstractArray* computed)
 {
+  const auto isLater = [computed](vtkAbstractArray* source) {
+    return source && source->GetMTime() > computed->GetMTime();
+  };
   vtkPointData* data = input->GetPointData();
-  for (vtkAbstractArray* source :
-    { static_cast<vtkAbstractArray*>(input->GetPoints()->GetData()),
-      data->GetAbstractArray(Arrays::Covariance), data->GetAbstractArray(Arrays::AreaVector),
-      data->GetAbstractArray(Arrays::TwoSided), data->GetAbstractArray(Arrays::Overlap),
-      data->GetAbstractArray(Arrays::Opacity), data->GetAbstractArray(Arrays::GaussianCovariance),
-      data->GetAbstractArray(Arrays::GaussianOpacity),
-      data->GetAbstractArray(Arrays::GaussianExtinction),
-      data->GetAbstractArray(Arrays::GaussianNormal),
-      input->GetFieldData()->GetAbstractArray(Arrays::Nodes) })
-  {
-    if (source && source->GetMTime() > computed->GetMTime())
-    {
-      return true;
-    }
-  }
-  return false;
+  return HaveOtherSources(input) || isLater(input->GetPoints()->GetData()) ||
+    isLater(input->GetFieldData()->GetAbstractArray(Arrays::Nodes)) ||
+    std::any_of(std::begin(SourcesOfNodes), std::end(SourcesOfNodes),
+      [&](const char* name) { return isLater(data->GetAbstractArray(name)); });
 }
 }

@@ -46,7 +46,14 @@ LeafPlacement FindPlacement(vtkPolyData* input, const SurfelCloud& leaves);
 vtkDataArray* FindComputed(
   vtkPolyData* input, const char* name, std::size_t bytesPerTuple, std::size_t tuples);
 
+/// Writes down which arrays the surfels have while their nodes are made: some may be removed, and
+/// times do not tell that. In the name of the nodes' first component, which .vtp files keep.
+void NoteSources(vtkPolyData* hierarchy);
+
+/// Whether its surfels have other arrays than NoteSources has seen.
+bool HaveOtherSources(vtkPolyData* hierarchy);
+
 /// Whether any array that nodes are computed from, or that of the nodes, was modified after
-/// another.
+/// another, added or removed.
 bool IsOutdated(vtkPolyData* input, vtkAbstractArray* computed);
 }

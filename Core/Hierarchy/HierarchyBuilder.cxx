@@ -50,7 +50,7 @@ public:
     NodeMoments m;
     m.Area = this->Tree.Area(i);
     m.AreaVector = this->IsCapture() ? Vector3{ this->DepthOf(i), 0.0, 0.0 }
-      : this->Tree.Normals           ? this->WeightedNormal(i, m.Area)
+      : this->Tree.Normals           ? WeightedNormal(this->Tree, i, m.Area)
                                      : this->Tree.AreaVector(i);
     m.Position = this->Tree.Position(i);
     m.Covariance = this->Tree.Covariance(i);
@@ -87,13 +87,6 @@ private:
   double DepthOf(std::size_t i) const
   {
     return this->Tree.Area(i) / MeanKernelArea(this->Tree.Covariance(i));
-  }
-
-  Vector3 WeightedNormal(std::size_t i, double weight) const
-  {
-    const float* from = this->Tree.Normals + 3 * i;
-    const Vector3 n{ from[0], from[1], from[2] };
-    return weight / std::max(1.0, Norm(n)) * n; // a length of more counts as 1
   }
 
   /// Replaces the sum of the leaves' depths by what is stored, LeafScale (HierarchyNode.h).
@@ -189,6 +182,13 @@ private:
   const HierarchyLayout& Layout;
   float* Covariances;
 };
+}
+
+Vector3 WeightedNormal(const SurfelCloud& cloud, std::size_t i, double weight)
+{
+  const float* from = cloud.Normals + 3 * i;
+  const Vector3 n{ from[0], from[1], from[2] };
+  return weight / std::max(1.0, Norm(n)) * n; // a length of more counts as 1
 }
 
 void FillNodes(const SurfelCloud& leaves, const HierarchyLayout& layout, const Executor& executor,

@@ -22,6 +22,9 @@ namespace SurfelSplatting
 void FillNodes(const SurfelCloud& leaves, const HierarchyLayout& layout, const Executor& executor,
   HierarchyNode* nodes);
 
+/// What a Gaussian of a volume that has Normals brings to the NodeMoments::AreaVector of its node.
+Vector3 WeightedNormal(const SurfelCloud& cloud, std::size_t i, double weight);
+
 /// V_r, the mean covariance of the leaves, of all nodes above them: [nodes][6] XX YY ZZ XY YZ XZ.
 /// S - V_r is the paper's V_q.
 /// @param tree leaves and nodes

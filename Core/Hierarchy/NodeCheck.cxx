@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Core/Hierarchy/NodeCheck.h"
 
+#include "Core/Hierarchy/HierarchyBuilder.h"
+#include "Core/Hierarchy/SheetOverlap.h"
 #include "Core/Surfels/NodeMoments.h"
 
 #include <atomic>
@@ -19,7 +21,8 @@ NodeMoments KernelMoments(const SurfelCloud& tree, std::size_t i)
 {
   NodeMoments m;
   m.Area = tree.Area(i);
-  m.AreaVector = tree.AreaVector(i);
+  m.AreaVector =
+    tree.Normals && !tree.IsNode(i) ? WeightedNormal(tree, i, m.Area) : tree.AreaVector(i);
   m.Position = tree.Position(i);
   m.Covariance = tree.Covariance(i);
   m.Opacity = tree.OwnOpacity(i);
@@ -50,7 +53,7 @@ bool IsNodeOf(const SurfelCloud& tree, std::size_t node, const NodeMoments& leav
   const NodeMoments stored = KernelMoments(tree, node);
   return !HasChanged(stored.Area, leaves.Area) && !HasChanged(WidthOf(stored), WidthOf(leaves)) &&
     !(std::abs(stored.Opacity - leaves.Opacity) > UnseenChange) &&
-    (tree.IsInSpace() || !HasTurned(stored, leaves, tree.IsTwoSided(node)));
+    (tree.Kind == CloudKind::Capture || !HasTurned(stored, leaves, tree.IsTwoSided(node)));
 }
 }
 
@@ -77,7 +80,7 @@ bool AreNodesOfKernels(
       }
     });
   }
-  return same;
+  return same && AreSheetOverlaps(tree, layout, executor, UnseenChange);
 }
 
 bool AreSidesOfTrees(const SurfelCloud& leaves, const HierarchyLayout& layout)

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * Whether a hierarchy's nodes are still those of its leaves. Filters and users may change the
- * opacities, areas, covariances and sides of surfels, and know nothing of the nodes.
+ * opacities, areas, covariances, overlaps, normals and sides of surfels, and know nothing of the
+ * nodes.
  */
 #pragma once
 

@@ -214,22 +214,29 @@ public:
   {
   }
 
-  /// Gives a node of level 1 the mean of its leaves. @param uncovered 1 - v of these, or null: 1
-  void TakeLeaves(std::size_t j, const float* uncovered) const
+  /// The overlap of a node of level 1. @param uncovered 1 - v of its leaves, or null: 1
+  double OverlapOfLeaves(std::size_t j, const float* uncovered) const
   {
     const std::size_t leaf = this->Layout.Begin(0, HierarchyLayout::OneSided);
-    this->TakeMean(1, j, [&](std::size_t k) {
+    return this->MeanOverlap(1, j, [&](std::size_t k) {
       const double u = 1.0 - this->Tree.OverlapOf(leaf + k);
       return uncovered ? u * static_cast<double>(uncovered[k - 2 * j]) : u;
     });
   }
 
+  /// Gives a node of level 1 the mean of its leaves.
+  void TakeLeaves(std::size_t j, const float* uncovered) const
+  {
+    SetOverlap(this->OverlapOfLeaves(j, uncovered), this->At(1, j));
+  }
+
   /// Gives a higher node the mean of its children. @param uncovered 1 - v of the node
   void TakeMean(int level, std::size_t j, float uncovered) const
   {
-    this->TakeMean(level, j, [&](std::size_t k) {
+    const double mean = this->MeanOverlap(level, j, [&](std::size_t k) {
       return (1.0 - OverlapOf(this->At(level - 1, k))) * static_cast<double>(uncovered);
     });
+    SetOverlap(mean, this->At(level, j));
   }
 
 private:
@@ -241,7 +248,7 @@ private:
 
   /// @param of u of the k-th element of the level below
   template <typename Function>
-  void TakeMean(int level, std::size_t j, const Function& of) const
+  double MeanOverlap(int level, std::size_t j, const Function& of) const
   {
     const std::size_t begin = this->Layout.Begin(level - 1, HierarchyLayout::OneSided);
     const std::size_t count = this->Layout.Count(level - 1, HierarchyLayout::OneSided);
@@ -252,7 +259,7 @@ private:
       area += a;
       sum += a * of(k);
     }
-    SetOverlap(area > 0.0 ? 1.0 - sum / area : 0.0, this->At(level, j));
+    return area > 0.0 ? 1.0 - sum / area : 0.0;
   }
 
   const SurfelCloud& Tree;
@@ -309,5 +316,30 @@ void FillSheetOverlaps(const SurfelCloud& tree, const HierarchyLayout& layout,
         }
       });
   }
+}
+
+bool AreSheetOverlaps(
+  const SurfelCloud& tree, const HierarchyLayout& layout, const Executor& executor, double unseen)
+{
+  if (tree.Kind != CloudKind::Surfels || layout.NumberOfLevels() < 2)
+  {
+    return true;
+  }
+  const NodesOfSheets sheets(tree, layout, nullptr);
+  const std::size_t above = layout.Begin(1, HierarchyLayout::OneSided);
+  std::atomic<bool> same{ true };
+  ForUncovered(
+    tree, layout, 0, executor, [&](std::size_t first, const float* uncovered, std::size_t count) {
+      for (std::size_t k = 0; k < count && same; k += 2)
+      {
+        const std::size_t j = (first + k) / 2;
+        const double overlap = sheets.OverlapOfLeaves(j, uncovered ? uncovered + k : nullptr);
+        if (std::abs(overlap - tree.OverlapOf(above + j)) > unseen)
+        {
+          same = false;
+        }
+      }
+    });
+  return same;
 }
 }

@@ -47,4 +47,9 @@ std::vector<float> FindUncovered(
 /// @param tree leaves and nodes
 void FillSheetOverlaps(const SurfelCloud& tree, const HierarchyLayout& layout,
   const Executor& executor, HierarchyNode* nodes);
+
+/// Whether the nodes of level 1 have the overlaps that their leaves give them.
+/// @param unseen differences up to this do not count
+bool AreSheetOverlaps(
+  const SurfelCloud& tree, const HierarchyLayout& layout, const Executor& executor, double unseen);
 }

@@ -25,23 +25,6 @@ namespace
 /// Surfels that a thread moves at a time.
 constexpr std::size_t SettleGrain = 16384;
 
-/// Whether the leaves of a volume have normals and none of the nodes above has: nodes have those of
-/// the leaves that they were made of.
-bool LackNormals(const SurfelCloud& cloud, std::size_t numberOfNodes)
-{
-  if (!cloud.Normals || numberOfNodes == 0)
-  {
-    return false;
-  }
-  const auto isNonzero = [](auto x) { return x != 0; };
-  const bool haveNormals =
-    std::any_of(cloud.Nodes, cloud.Nodes + numberOfNodes, [&](const HierarchyNode& node) {
-      return std::any_of(node.Normal, node.Normal + 3, isNonzero);
-    });
-  return !haveNormals &&
-    std::any_of(cloud.Normals, cloud.Normals + 3 * cloud.NumberOfSurfels, isNonzero);
-}
-
 template <typename Value>
 const Value* ValuesOf(vtkDataArray* array)
 {
@@ -49,17 +32,10 @@ const Value* ValuesOf(vtkDataArray* array)
 }
 }
 
-/// What an input that has changed needs before it is drawn. Returns what Update does.
-std::string HierarchyCache::Examine(
-  vtkPolyData* input, const Executor& executor, SurfelCloud& cloud)
+/// What an input that has changed needs before it is drawn.
+void HierarchyCache::Examine(vtkPolyData* input, const Executor& executor, SurfelCloud& cloud)
 {
   const HierarchyLayout layout = ReadLayout(input);
-  if (LackNormals(cloud, layout.NumberOfInnerNodes()))
-  {
-    return std::string("The nodes of the hierarchy have no normals, but its Gaussians have: the "
-                       "point array ") +
-      Arrays::GaussianNormal + " was added later. Put vtkSurfelHierarchy after it.";
-  }
   const std::size_t entries = ClusterBounds::NumberOfEntries(layout);
   vtkDataArray* clusters =
     FindComputed(input, Arrays::Clusters, sizeof(ClusterBounds::Node), entries);
@@ -78,12 +54,12 @@ std::string HierarchyCache::Examine(
       "The points of the hierarchy were moved, and not all in the same way, but their kernels were "
       "not: the surfels are drawn as they were oriented, without level of detail. Put "
       "vtkPointsToSurfels after filters that move points.";
-    return std::string();
+    return;
   }
   this->UseSettled(cloud);
   if (!this->RemakeNodes(input, layout, executor, cloud))
   {
-    return std::string();
+    return;
   }
   this->Bounds = areStored
     ? ClusterBounds(layout, ValuesOf<ClusterBounds::Node>(clusters), ValuesOf<NodeExtent>(extents))
@@ -91,7 +67,6 @@ std::string HierarchyCache::Examine(
   this->File = areStored ? FindArrayFile(FindNodes(input, layout)) : nullptr;
   this->StoredTime = areStored ? clusters->GetMTime() : 0;
   this->PreparedSurfels += areStored ? 0 : layout.NumberOfLeaves();
-  return std::string();
 }
 
 /// Moves surfels back to where the nodes know them.
@@ -203,11 +178,7 @@ std::string HierarchyCache::Update(vtkPolyData* input, vtkDataArray* colors, boo
   const State inputState{ input, input->GetMTime() };
   if (!(this->InputState == inputState))
   {
-    const std::string trouble = this->Examine(input, executor, cloud);
-    if (!trouble.empty())
-    {
-      return trouble;
-    }
+    this->Examine(input, executor, cloud);
     this->InputState = inputState;
   }
   if (this->Placement.Kind == LeafPlacement::Other)

@@ -35,7 +35,7 @@ public:
    * empty string, or what is wrong with the input and what to do. Throws DamagedMemory if the input
    * is from a file that is damaged.
    *
-   * Where opacities, areas or covariances were changed behind vtkSurfelHierarchy, the cloud gets
+   * Where what nodes average was changed, added or removed behind vtkSurfelHierarchy, the cloud gets
    * nodes of its own. Where an affine map has moved the points, the cloud gets their old places,
    * and the map becomes its LocalToWorld. If points were selected, or moved otherwise, the cloud
    * gets no nodes: TakeWarning.
@@ -59,7 +59,7 @@ public:
 
 private:
   void NoteSelection(vtkPolyData* input);
-  std::string Examine(vtkPolyData* input, const Executor& executor, SurfelCloud& cloud);
+  void Examine(vtkPolyData* input, const Executor& executor, SurfelCloud& cloud);
   void Settle(const SurfelCloud& moved, const Executor& executor);
   void UseSettled(SurfelCloud& cloud) const;
   bool RemakeNodes(vtkPolyData* input, const HierarchyLayout& layout, const Executor& executor,

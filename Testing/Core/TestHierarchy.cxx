@@ -327,6 +327,9 @@ TEST_CASE("Nodes of kernels that have changed")
   CHECK(!AreSidesOfTrees(turned.Get(), turned.Order.Layout));
   fainter.Opacities[1399] *= 0.8f;
   CHECK(!areOfKernels(fainter));
+  TestHierarchy covered = make();
+  covered.Overlaps[300] = 100;
+  CHECK(!areOfKernels(covered));
 }
 
 /// Front-facing area of the ball, sum max(0, -A.v), from many sides: that of the leaves at levels

@@ -177,6 +177,16 @@ TEST_CASE_FIXTURE(NoMessages, "Values of surfels that change later")
   CHECK(Compare(Picture(renderer, whole, camera), before).Max == 0.0);
   std::remove(path.c_str());
 
+  const vtkSmartPointer<vtkPolyData> translucent = HierarchyOf(changed);
+  vtkNew<vtkPolyData> opaque;
+  opaque->ShallowCopy(translucent);
+  opaque->GetPointData()->RemoveArray("SurfelOpacity");
+  CHECK(Compare(Picture(renderer, opaque, camera), before).Max < 0.02);
+  CHECK(Compare(Picture(renderer, translucent, camera), wanted).Max == 0.0);
+  // As if the array were older than the hierarchy
+  changed->GetFieldData()->GetAbstractArray("SurfelNodes")->Modified();
+  CHECK(Compare(Picture(renderer, changed, camera), wanted).Max < 0.02);
+
   // Other sides need other trees.
   changed->GetPointData()->RemoveArray("SurfelOpacity");
   vtkNew<vtkUnsignedCharArray> sides;
