@@ -314,6 +314,27 @@ class TestReader(ToolCase):
         colors = arrays_of(self.read("cloud.pcd").GetOutput())["RGB"]
         np.testing.assert_array_equal(colors, [[1, 2, 99], [255, 255, 255]])
 
+    def test_colors_whose_type_is_wider_than_they_are(self):
+        for kind in ("u2", "u4", "i4", "f4"):
+            for scale in (1, 257):
+                columns = [(name, [0, 1], "f4") for name in "xyz"]
+                columns += [(name, [value * scale, 255 * scale], kind)
+                            for name, value in (("red", 1), ("green", 2), ("blue", 99))]
+                write_pcd("cloud.pcd", columns, "binary")
+                colors = arrays_of(self.read("cloud.pcd").GetOutput())["RGB"]
+                np.testing.assert_array_equal(colors, [[1, 2, 99], [255, 255, 255]], (kind, scale))
+
+    def test_names_in_capitals(self):
+        names = ("X", "Y", "Z", "Nx", "NY", "nZ", "R", "G", "B", "Alpha", "Intensity")
+        write("cloud.ply", "ply\nformat ascii 1.0\nelement vertex 2\n" + "".join(
+            f"property float {name}\n" for name in names)
+            + "end_header\n1 2 3 0 0 1 1 0.2 0 0.4 7\n4 5 6 0 0 1 0 0 1 1 8\n")
+        write_pcd("cloud.pcd", [(name, [row, row], "f4") for name, row in zip(names, range(11))], "ascii")
+        arrays = arrays_of(self.read("cloud.ply").GetOutput())
+        self.assertEqual(set(arrays), {"RGBA", "Normals", "Intensity"})
+        np.testing.assert_array_equal(arrays["RGBA"], [[255, 51, 0, 102], [0, 0, 255, 255]])
+        np.testing.assert_array_equal(self.points(self.read("cloud.pcd")), [[0, 1, 2]] * 2)
+
     def test_colors_that_nobody_has_set(self):
         points, _ = sphere(10)
         write_ply("cloud.ply", points, np.zeros((10, 3), np.uint8))

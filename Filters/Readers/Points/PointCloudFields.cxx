@@ -16,6 +16,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <numeric>
@@ -36,10 +37,16 @@ vtkIdType Count(const FieldCloud& cloud)
   return static_cast<vtkIdType>(cloud.Width) * cloud.Height;
 }
 
+// @param name in lower case; programs write X, Red and R as well
 const Field* Find(const FieldCloud& cloud, const std::string& name)
 {
-  const auto found = std::find_if(cloud.Fields.begin(), cloud.Fields.end(),
-    [&](const Field& field) { return field.Name == name && field.Count > 0; });
+  const auto isSame = [](
+                        char a, char b) { return (a >= 'A' && a <= 'Z' ? a - 'A' + 'a' : a) == b; };
+  const auto found =
+    std::find_if(cloud.Fields.begin(), cloud.Fields.end(), [&](const Field& field) {
+      return field.Count > 0 &&
+        std::equal(field.Name.begin(), field.Name.end(), name.begin(), name.end(), isSame);
+    });
   return found == cloud.Fields.end() ? nullptr : &*found;
 }
 
@@ -188,17 +195,19 @@ RawVector<std::uint32_t> DecodePackedColors(const FieldCloud& cloud, const Field
   return packed;
 }
 
+// Colours above this have 16 bits; resampled bytes overshoot by less.
+constexpr float MostOfBytes = 511.f;
+
 // The factor from a colour channel to bytes: 255 for real numbers up to 1, 1/257 for 16 bits,
-// else 1.
+// else 1. No scan is as dark as 1 of 255, so values tell more than types, which may be wider.
 float ScaleToBytes(int type, const std::vector<float>& values)
 {
   const bool isReal = type == VTK_FLOAT || type == VTK_DOUBLE;
-  const auto aboveOne = [](float value) { return value > 1.f; };
-  if (isReal && std::none_of(values.begin(), values.end(), aboveOne))
-  {
-    return 255.f;
-  }
-  return type == VTK_UNSIGNED_SHORT ? 1 / 257.f : 1.f;
+  const auto larger = [](float largest, float value) {
+    return std::isfinite(value) ? std::max(largest, value) : largest;
+  };
+  const float largest = std::accumulate(values.begin(), values.end(), 0.f, larger);
+  return isReal && largest <= 1.f ? 255.f : largest > MostOfBytes ? 1 / 257.f : 1.f;
 }
 
 // Channels of colours, each in a field of its own, as bytes plus 0.5; all have one scale.
@@ -334,7 +343,7 @@ void AddColors(const FieldCloud& cloud, vtkPointData* data, std::set<const Field
   }
   if (packed && SizeOf(packed->Type) == 4)
   {
-    SetColors(DecodePackedColors(cloud, *packed), packed->Name == "rgba", data);
+    SetColors(DecodePackedColors(cloud, *packed), packed == Find(cloud, "rgba"), data);
     used.insert(packed);
   }
   else if (separate[0])

@@ -8,7 +8,7 @@ from shlex import quote
 import numpy as np
 
 from ..clouds.cloud import Cloud, is_hierarchy
-from ..clouds.colors import is_colors
+from ..clouds.colors import intensity_among, is_colors
 from ..clouds.stations import TO_SCANNER, scanners_of
 from ..clouds.volumes import scalar_names
 from ..colormaps import range_without_outliers
@@ -184,7 +184,7 @@ def _suggestions(report, cloud):
     scalars = [field["name"] for field in report["fields"] if field["meaning"] == "scalars"]
     has_colors = any(field["meaning"] == "colours" for field in report["fields"])
     if scalars and not has_colors:
-        name = "intensity" if "intensity" in scalars else scalars[0]
+        name = intensity_among(scalars) or scalars[0]
         values = to_numpy(cloud.data.GetPointData().GetArray(name))
         bulk = range_without_outliers(values, _finite_range(values) or (0.0, 0.0))
         within = f" --range {' '.join(bulk)}" if bulk else ""

@@ -4,6 +4,8 @@
 import re
 import unicodedata
 
+from ..clouds.colors import INTENSITY_NAMES
+
 XYZ, RGB, NORMALS = ("x", "y", "z"), ("red", "green", "blue"), ("nx", "ny", "nz")
 PACKED_RGB = "rgb"
 # The names of a column in lower case, without units and accents, and with _ for blanks; in English, and in
@@ -19,9 +21,7 @@ NAMES = {
     "nx": ("nx",),
     "ny": ("ny",),
     "nz": ("nz",),
-    "intensity": ("intensity", "i", "scalar_intensity", "reflectance", "reflectivity", "remission",
-                  "amplitude", "intensitat", "intensitaet", "intensite", "intensidad", "intensita",
-                  "intensidade"),
+    "intensity": INTENSITY_NAMES,
     PACKED_RGB: ("rgb", "rgba"),
 }
 DEGREES = {"x": ("lon", "long", "lng", "longitude"), "y": ("lat", "latitude"), "z": ("alt", "ele")}

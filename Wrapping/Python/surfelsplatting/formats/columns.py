@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..clouds.colors import scale_to_bytes
 from ..clouds.degrees import HOW
 from .columnnames import NORMALS, PACKED_RGB, RGB, XYZ, meanings_in_degrees, meanings_of
 
@@ -185,10 +186,7 @@ def by_values(path, table):
 
 
 def _as_bytes(triple):
-    # No scan is as dark as 1 of 255: values up to 1 are fractions, whole numbers too.
-    largest = triple.max(initial=0)
-    scale = 255.0 if largest <= 1 else 1.0 if largest <= 255 else 1 / 257
-    return np.round(np.clip(triple * scale, 0, 255)).astype(np.uint8)
+    return np.round(np.clip(triple * scale_to_bytes(triple.max(initial=0)), 0, 255)).astype(np.uint8)
 
 
 def _unpacked(packed):
