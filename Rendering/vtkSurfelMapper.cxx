@@ -63,7 +63,43 @@ vtkDataArray* vtkSurfelMapper::GetFrameColors(bool linearLight)
   {
     return nullptr;
   }
+  if (bytes->GetMTime() > this->NaNTime)
+  {
+    this->NaNTime.Modified();
+    this->WarnOfNaN();
+  }
   return linearLight ? static_cast<vtkDataArray*>(this->GetLinearColors(bytes)) : bytes;
+}
+
+vtkDataArray* vtkSurfelMapper::GetChosenScalars(int& cellFlag)
+{
+  cellFlag = 0;
+  return vtkDataArray::SafeDownCast(vtkAbstractMapper::GetAbstractScalars(this->GetInput(),
+    this->ScalarMode, this->ArrayAccessMode, this->ArrayId, this->ArrayName, cellFlag));
+}
+
+/// Warns once of scalars that are NaN everywhere: the surfels have one colour.
+void vtkSurfelMapper::WarnOfNaN()
+{
+  int cellFlag;
+  vtkDataArray* scalars = this->GetChosenScalars(cellFlag);
+  if (!this->ScalarVisibility || !scalars || this->HasWarnedOfScalars)
+  {
+    return;
+  }
+  const int components = scalars->GetNumberOfComponents();
+  for (vtkIdType i = 0; i < scalars->GetNumberOfTuples() * components; ++i)
+  {
+    const auto component = static_cast<int>(i % components);
+    if (!vtkMath::IsNan(scalars->GetComponent(i / components, component)))
+    {
+      return;
+    }
+  }
+  this->HasWarnedOfScalars = true;
+  vtkWarningMacro("The scalars " << (scalars->GetName() ? scalars->GetName() : "")
+                                 << " are NaN everywhere: all surfels have one colour, that of "
+                                    "NaN in the lookup table. Choose other scalars.");
 }
 
 /// Whether the scalars cannot colour the surfels: those that are colours as they are, with more
@@ -72,9 +108,8 @@ vtkDataArray* vtkSurfelMapper::GetFrameColors(bool linearLight)
 bool vtkSurfelMapper::HasWrongScalars()
 {
   constexpr int mostComponents = 4;
-  int cellFlag = 0;
-  auto* scalars = vtkDataArray::SafeDownCast(vtkAbstractMapper::GetAbstractScalars(this->GetInput(),
-    this->ScalarMode, this->ArrayAccessMode, this->ArrayId, this->ArrayName, cellFlag));
+  int cellFlag;
+  vtkDataArray* scalars = this->GetChosenScalars(cellFlag);
   if (!this->ScalarVisibility || !scalars)
   {
     return false;
@@ -109,9 +144,8 @@ vtkFloatArray* vtkSurfelMapper::GetDirectColors()
   {
     return nullptr;
   }
-  int cellFlag = 0;
-  auto* scalars = vtkDataArray::SafeDownCast(vtkAbstractMapper::GetAbstractScalars(
-    input, this->ScalarMode, this->ArrayAccessMode, this->ArrayId, this->ArrayName, cellFlag));
+  int cellFlag;
+  vtkDataArray* scalars = this->GetChosenScalars(cellFlag);
   const int components = scalars && cellFlag == 0 ? scalars->GetNumberOfComponents() : 0;
   if ((components != 3 && components != 4) ||
     (scalars->GetDataType() != VTK_FLOAT && scalars->GetDataType() != VTK_DOUBLE) ||

@@ -141,7 +141,9 @@ private:
   vtkSurfelMapper(const vtkSurfelMapper&) = delete;
   void operator=(const vtkSurfelMapper&) = delete;
 
+  vtkDataArray* GetChosenScalars(int& cellFlag);
   bool HasWrongScalars();
+  void WarnOfNaN();
   vtkFloatArray* GetDirectColors();
   vtkFloatArray* GetLinearColors(vtkUnsignedCharArray* bytes);
   void RenamePoints(vtkHardwareSelector* selector, const std::vector<unsigned int>& pixeloffsets);
@@ -156,6 +158,7 @@ private:
   vtkSmartPointer<vtkFloatArray> LinearColors;
   vtkSmartPointer<vtkDataArray> LinearColorsSource;
   vtkTimeStamp LinearColorsTime;
+  vtkTimeStamp NaNTime; ///< when the scalars were last looked through
   bool Splatted = false;
   vtkTypeBool ShowBacks = false;
   bool HasWarnedOfDots = false, HasWarnedOfScalars = false;

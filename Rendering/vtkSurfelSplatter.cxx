@@ -242,7 +242,7 @@ void vtkSurfelSplatter::RenderPicture(const SceneItems& items, const SceneView& 
   const auto warn = [this](const char* text) { vtkWarningMacro(<< text); };
   this->Internal->Warnings.Tell(
     view, std::isfinite(this->Cutoff + this->Prefilter + this->LODError), warn);
-  this->Internal->Warnings.TellOfPlanes(items, warn);
+  this->Internal->Warnings.TellOfItems(items, view, warn);
   SurfelSplatting::FrameKey key = this->MakeKey(items, view);
   this->NumberOfPreparedSurfels = 0;
   SurfelSplatting::Ranks* ranks = this->GetRanks();

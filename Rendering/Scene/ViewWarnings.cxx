@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Rendering/Scene/ViewWarnings.h"
 
+#include "Core/Splats/SetupConstants.h"
 #include "Rendering/Scene/SceneView.h"
 
 #include <vtkCamera.h>
+#include <vtkMath.h>
+#include <vtkMatrix4x4.h>
 #include <vtkPlaneCollection.h>
 
 #include <algorithm>
@@ -36,6 +39,25 @@ const char* FindNotFinite(const SceneView& view, bool areFinite)
     : !areFinite ? "Cutoff, Prefilter and LODError must be finite: surfels may not be seen."
                  : nullptr;
 }
+
+/// Surfels beyond this depth are not representable: their nearest and farthest depths are summed.
+constexpr double FarthestSurfel = MaxSplatDepth / 2.0;
+
+/// Of the corners of its bounds, along the view direction.
+double FarthestDepth(const SceneItem& item, vtkCamera& camera)
+{
+  double bounds[6], farthest = 0.0;
+  item.Mapper->GetBounds(bounds);
+  for (int corner = 0; corner < 8 && bounds[0] <= bounds[1]; ++corner)
+  {
+    double p[4] = { bounds[corner & 1], bounds[2 + (corner >> 1 & 1)], bounds[4 + (corner >> 2)],
+      1.0 };
+    item.Matrix->MultiplyPoint(p, p);
+    vtkMath::Subtract(p, camera.GetPosition(), p);
+    farthest = std::fmax(farthest, vtkMath::Dot(p, camera.GetDirectionOfProjection()));
+  }
+  return farthest;
+}
 }
 
 void ViewWarnings::Tell(const SceneView& view, bool areFinite, const Warn& warn)
@@ -62,8 +84,17 @@ void ViewWarnings::Tell(const SceneView& view, bool areFinite, const Warn& warn)
     this->ToldOffAxis);
 }
 
-void ViewWarnings::TellOfPlanes(const std::vector<SceneItem>& items, const Warn& warn)
+void ViewWarnings::TellOfItems(
+  const std::vector<SceneItem>& items, const SceneView& view, const Warn& warn)
 {
+  const bool areFar = std::any_of(items.begin(), items.end(),
+    [&](const SceneItem& item) { return FarthestDepth(item, *view.Camera) > FarthestSurfel; });
+  if (areFar && !this->ToldFar)
+  {
+    this->ToldFar = true;
+    warn("Surfels at a depth of more than 5e15 are not drawn: use a larger unit of length, for "
+         "example by the scale of the actor.");
+  }
   const bool havePlanes = std::any_of(items.begin(), items.end(), [](const SceneItem& item) {
     vtkPlaneCollection* planes = item.Mapper->GetClippingPlanes();
     return planes && planes->GetNumberOfItems() > 0;

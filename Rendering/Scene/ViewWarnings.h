@@ -21,10 +21,11 @@ public:
   /// @param areFinite whether the splatter's settings are: VTK's macros keep NaN
   void Tell(const SceneView& view, bool areFinite, const Warn& warn);
 
-  /// Warns of mappers with clipping planes; once.
-  void TellOfPlanes(const std::vector<SceneItem>& items, const Warn& warn);
+  /// Warns of surfels too far to be drawn, and of mappers with clipping planes; once of each.
+  void TellOfItems(const std::vector<SceneItem>& items, const SceneView& view, const Warn& warn);
 
 private:
-  bool ToldParallel = false, ToldOffAxis = false, ToldNotFinite = false, ToldPlanes = false;
+  bool ToldParallel = false, ToldOffAxis = false, ToldNotFinite = false, ToldPlanes = false,
+       ToldFar = false;
 };
 }

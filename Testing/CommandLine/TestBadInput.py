@@ -152,7 +152,7 @@ class TestBadInput(ToolCase):
         self.refuse("render", "far.xyz", "-o", "out.png",
                     says=("coordinates of 9.99", "up to 1e+15 only"))
         np.savetxt("farther.xyz", far * 1e20)
-        self.refuse_cloud("farther.xyz", "none of its points", "up to 1e17")
+        self.refuse_cloud("farther.xyz", "none of its points", "up to 1e15")
         self.refuse_cloud(write("comment.xyz", "# nothing\n"), "no points")
         write("fields.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float u\n"
               "property float v\nend_header\n1 2\n")

@@ -7,7 +7,7 @@ import numpy as np
 
 from surfelsplatting.colormaps import COLORMAPS, colors_of, lookup_table, scalar_names
 from surfelsplatting.problems import UserProblem
-from toolcase import CAMERA, SMALL, ToolCase, sphere
+from toolcase import CAMERA, SMALL, ToolCase, content_of, sphere, write, write_ply
 
 FRAME = [*CAMERA, *SMALL, "--unlit"]
 
@@ -109,6 +109,17 @@ class TestScalars(ToolCase):
             said = self.tool("render", "grey.xyz", *CAMERA, *SMALL, *options, "-o", "out.png")
             self.assertEqual((self.code, bool(said)), (0, bool(says)), said)
             self.assertIn(says, said)
+        write_ply("named.ply", points, normals=points)
+        named = content_of("named.ply").replace(b"float nx", b"float Scalar_Intensity").replace(b"float ny", b"float b")
+        said = self.tool("render", write("named.ply", named), *CAMERA, *SMALL, "-o", "out.png")
+        self.assertIn("--scalars Scalar_Intensity shows it", said)
+        self.assertIn("--scalars Scalar_Intensity", self.info("named.ply"))
+
+    def test_scalars_without_a_number(self):
+        points, _ = sphere(3000)
+        np.savetxt("none.xyz", np.column_stack([points, np.full(3000, np.nan)]), header="x y z time", comments="//")
+        said = self.tool("render", "none.xyz", *CAMERA, *SMALL, "--scalars", "time", "-o", "out.png")
+        self.assertEqual((self.code, said.count("scalars time are NaN everywhere")), (0, 1), said)
 
     def test_outliers_that_take_the_colours(self):
         """As of reflectors in a laser scan: a range without them is named, unless one is given."""

@@ -24,6 +24,7 @@
 #include <vtkRenderer.h>
 #include <vtkSphereSource.h>
 
+#include <cmath>
 #include <functional>
 #include <limits>
 #include <string>
@@ -239,6 +240,47 @@ TEST_CASE_FIXTURE(NoMessages, "Image renderer settings")
   // The actor's mapper is taken away after it was added.
   without->SetMapper(nullptr);
   renderer->Update();
+}
+
+TEST_CASE_FIXTURE(NoMessages, "Scalars that are NaN everywhere")
+{
+  for (const bool isEmpty : { true, false })
+  {
+    const vtkSmartPointer<vtkPolyData> surfels = UnitSphere();
+    vtkNew<vtkFloatArray> scalars;
+    scalars->SetName("Nothing");
+    scalars->SetNumberOfTuples(surfels->GetNumberOfPoints());
+    scalars->Fill(std::nan(""));
+    scalars->SetValue(7, isEmpty ? scalars->GetValue(8) : 0.5f);
+    surfels->GetPointData()->SetScalars(scalars);
+    Scene scene(60, 60);
+    scene.Renderer->AddActor(SurfelActor(surfels));
+    scene.See(FrontCamera(6.0));
+    scene.Render();
+    scalars->Modified();
+    scene.Render();
+    const std::string said = TakeMessages();
+    CHECK((said.find("Nothing are NaN everywhere") != std::string::npos) == isEmpty);
+    CHECK(said.find("Nothing", said.find("Nothing") + 1) == std::string::npos);
+  }
+}
+
+TEST_CASE_FIXTURE(NoMessages, "Surfels too far to be drawn")
+{
+  vtkSmartPointer<vtkActor> actor = SurfelActor(UnitSphere());
+  for (const double scale : { 1e15, 1e16 })
+  {
+    Scene scene(60, 60);
+    actor->SetScale(scale);
+    scene.Renderer->AddActor(actor);
+    scene.See(FrontCamera(3.9 * scale));
+    scene.Render();
+    const bool isSeen = At(scene.Render(), 30, 30, 0) > 50;
+    CHECK(isSeen == (scale == 1e15));
+    const std::string said = TakeMessages();
+    CHECK((said.find("a depth of more than 5e15") == std::string::npos) == isSeen);
+    CHECK(said.find("depth of more", said.find("depth of more") + 1) == std::string::npos);
+  }
 }
 
 TEST_CASE_FIXTURE(NoMessages, "Clipping planes of a mapper")

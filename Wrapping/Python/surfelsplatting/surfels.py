@@ -203,5 +203,5 @@ def make_surfels(points, *, cleaning="full", sides="auto", viewpoint=None, neigh
     surfels = filters.GetOutput()
     if surfels.GetNumberOfPoints() == 0:
         raise ValueError(f"none of the {count} points gives a surfel; are the coordinates finite, and "
-                         "up to 1e17?")
+                         "up to 1e15?")
     return _note_places(surfels)

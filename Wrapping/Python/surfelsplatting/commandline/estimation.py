@@ -58,7 +58,7 @@ def make_surfels(cloud, arguments, with_hierarchy, messages, progress, run):
     surfels = filters.GetOutput()
     if surfels.GetNumberOfPoints() == 0:
         raise UserProblem(f"{arguments.cloud}: none of its points gives a surfel; are the coordinates "
-                          "finite, and up to 1e17?")
+                          "finite, and up to 1e15?")
     return surfels
 
 

@@ -5,9 +5,12 @@ import os
 import sys
 from contextlib import contextmanager
 from dataclasses import replace
+from shlex import quote
+
+import numpy as np
 
 from ..backend import vtk
-from ..clouds.colors import hides_intensity
+from ..clouds.colors import hidden_intensity
 from ..clouds.stations import TO_SCANNER
 from ..clouds.thinning import may_be_thinned, one_of
 from ..colormaps import check_scalars, colors_of, range_of, range_without_outliers, with_scalars
@@ -134,8 +137,9 @@ class Session:
     def read(self):
         """-> Cloud of points"""
         cloud = self.drawn_as_points(self.load())
-        if hides_intensity(cloud) and not self.arguments.scalars:
-            self.note("it has no colours, but intensity: --scalars intensity shows it")
+        intensity = hidden_intensity(cloud)
+        if intensity and not self.arguments.scalars:
+            self.note(f"it has no colours, but intensity: --scalars {quote(intensity)} shows it")
         return cloud
 
     def surfels(self, cloud, with_hierarchy=False, all_arrays=True):
@@ -174,8 +178,11 @@ class Session:
         for actor in renderer.GetActors():
             actor.GetMapper().ShowBacksOn()
 
-    def _note_outliers(self, surfels, name):
+    def _note_range(self, surfels, name):
         values = to_numpy(surfels.GetPointData().GetArray(name))
+        if np.isnan(values).all():
+            self.note(f"the scalars {name} are NaN everywhere, so that all has one colour")
+            return
         bulk = range_without_outliers(values, range_of(surfels, name))
         if bulk and not self.arguments.range:
             self.note(f"99 % of {name} is from {bulk[0]} to {bulk[1]}, and the rest takes most of "
@@ -187,7 +194,7 @@ class Session:
         scalars = self.arguments.scalars
         if scalars:
             surfels = with_scalars(surfels, scalars)
-            self._note_outliers(surfels, scalars)
+            self._note_range(surfels, scalars)
         drawn = surfels if all_arrays else without_unused_arrays(surfels, scalars)
         if not self.needs_hierarchy:
             return drawn
