@@ -35,10 +35,10 @@ public:
    * empty string, or what is wrong with the input and what to do. Throws DamagedMemory if the input
    * is from a file that is damaged.
    *
-   * Where what nodes average was changed, added or removed behind vtkSurfelHierarchy, the cloud gets
-   * nodes of its own. Where an affine map has moved the points, the cloud gets their old places,
-   * and the map becomes its LocalToWorld. If points were selected, or moved otherwise, the cloud
-   * gets no nodes: TakeWarning.
+   * Where what nodes average was changed, added or removed behind vtkSurfelHierarchy, the cloud
+   * gets nodes of its own. Where an affine map has moved the points, the cloud gets their old
+   * places, and the map becomes its LocalToWorld. If points were selected, or moved otherwise, the
+   * cloud gets no nodes: TakeWarning.
    * @param colors   of all surfels, or null
    * @param paperCut whether the paper's rule chooses the level of detail; it needs leaf covariances
    */

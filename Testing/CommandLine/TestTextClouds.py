@@ -32,6 +32,7 @@ class TestTextClouds(ToolCase):
 
     def test_points_that_begin_with_their_names(self):
         for text in ("point,x,y,z\nP1,1,2,3\nP2,4,5,6\n", "name;x;y;z\nP 1;1,0;2,0;3,0\nP 2;4;5;6\n",
+                     "#Label,X/Easting,Y/Northing,Z/Altitude\nP1,1,2,3\nP2,4,5,6\n",
                      "id\tcode\teast\tnorth\theight\nA1\tgr\t1\t2\t3\nA2\tgr\t4\t5\t6\n"):
             self.assertEqual(self.check_points(text, path="a.csv"), {}, text)
         self.check_points("x,y,z\nm,m,m\n1,2,3\n4,5,6\n")

@@ -42,9 +42,9 @@ def _plain(name):
 
 
 def _known(name):
-    """The meaning of a name, or None."""
-    plain = _plain(name)
-    return next((meaning for meaning, names in NAMES.items() if plain in names), None)
+    """The meaning of a name, such as easting or X/Easting, or None."""
+    words = _plain(name).split("/")
+    return next((meaning for meaning, names in NAMES.items() if set(words) <= set(names)), None)
 
 
 def _triples(names):

@@ -58,15 +58,13 @@ def _is_row(line):
     return len(words) > 1 and all(map(_is_number, words[:3]))
 
 
-def _first_row(lines):
+def _first_row(lines, with_comments):
     """The number of the line with the first point, or None. A point may begin with words, such as its
-    name, where the line above names the columns."""
-    above = ""
-    for number, line in enumerate(lines):
-        is_named = has_places(_words(above)) and sum(map(_is_number, _words(line))) >= 3
+    name, where the line above names the columns, perhaps as a comment."""
+    for number, (line, above) in enumerate(zip(lines, ["", *with_comments])):
+        is_named = sum(map(_is_number, _words(line))) >= 3 and has_places(_words(above.lstrip("#/ ")))
         if is_named or _is_row(line):
             return number
-        above = line
     return None
 
 
@@ -158,9 +156,10 @@ def is_table(path):
     if b"\0" in start and not is_utf16:
         return False
     with _open(path, _find_encoding(path)) as file:
-        top = [_without_comment(line) for line in itertools.islice(file, TOP)]
+        whole = list(itertools.islice(file, TOP))
+    top = list(map(_without_comment, whole))
     top = list(map(marks_of(top).read, top))
-    first = _first_row(top)
+    first = _first_row(top, whole)
     return first is not None and len(_words(top[first])) >= 3
 
 
@@ -178,7 +177,7 @@ def _find_layout(path):
     plain = [_without_comment(line) for line in head]
     marks = marks_of(plain)
     plain = list(map(marks.read, plain))
-    first = _first_row(plain)
+    first = _first_row(plain, head)
     if first is None:
         if any(line.strip() for line in plain):
             start = next(line.strip() for line in plain if line.strip())
