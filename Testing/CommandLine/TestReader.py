@@ -324,6 +324,23 @@ class TestReader(ToolCase):
                 colors = arrays_of(self.read("cloud.pcd").GetOutput())["RGB"]
                 np.testing.assert_array_equal(colors, [[1, 2, 99], [255, 255, 255]], (kind, scale))
 
+    def test_text_of_other_types(self):
+        """As numpy writes it, with faces behind, and empty lines"""
+        head = ("ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+                "property uchar red\nproperty uchar green\nproperty uchar blue\n{}end_header\n")
+        rows = "1 2 3 10.0 2e1 30.000000\n{}4 5 6 255 0 1\n7 8 9 {} 0 0\n"
+        face = "element face 1\nproperty list uchar int vertex_indices\n"
+        for more, blank, faces, line in (("", "\n", "", 14), (face, "", "3 0 1 2\n", 15)):
+            write("cloud.ply", head.format(more) + rows.format(blank, "5.0") + faces)
+            data = self.read("cloud.ply").GetOutput()
+            np.testing.assert_array_equal(arrays_of(data)["RGB"], [[10, 20, 30], [255, 0, 1], [5, 0, 0]])
+            self.assertEqual(data.GetNumberOfPolys(), len(faces) > 0)
+            for word, says in (("red", f'line {line}, field red: "red" is not a number'),
+                               ("5 6", f"line {line} has 7 values, but a point has 6"),
+                               ("", f"line {line} has 5 values, but a point has 6")):
+                write("cloud.ply", head.format(more) + rows.format(blank, word) + faces)
+                self.assertIn(says, self.failure("cloud.ply"))
+
     def test_names_in_capitals(self):
         names = ("X", "Y", "Z", "Nx", "NY", "nZ", "R", "G", "B", "Alpha", "Intensity")
         write("cloud.ply", "ply\nformat ascii 1.0\nelement vertex 2\n" + "".join(

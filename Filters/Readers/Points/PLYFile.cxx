@@ -3,6 +3,7 @@
 
 #include "Filters/Common/FaceLimit.h"
 #include "Filters/Common/ParallelFor.h"
+#include "Filters/Readers/Points/TextPoints.h"
 
 #include "vtkNew.h"
 
@@ -91,6 +92,8 @@ private:
   void EndFace();
   bool FindBlock(const std::string& path);
   bool ReadBlock(const std::string& path);
+  bool HasTextPoints() const;
+  void ReadText(const std::string& path);
   void ArrangeInGrid();
 
   template <typename Value>
@@ -105,6 +108,8 @@ private:
   FieldCloud Cloud;
   pcl::io::ply::format_type Format = pcl::io::ply::ascii_format;
   bool HasOthers = false;              // elements besides the vertices
+  bool AreFirst = false;               // the vertices
+  bool HaveLists = false;              // the vertices
   std::streamoff Block = 0;            // where the vertices begin, if nothing else is in the data
   std::uint64_t Count = 0;             // of vertices, by the header
   std::uint64_t Columns = 0, Rows = 0; // of a depth image, or 0
@@ -119,6 +124,7 @@ Parser::element_callbacks_type Contents::AddElement(const std::string& name, std
   if (name == "vertex")
   {
     this->Count = count;
+    this->AreFirst = !this->HasOthers;
   }
   this->HasOthers = this->HasOthers || (name != "vertex" && count > 0);
   if (name == "range_grid")
@@ -194,6 +200,7 @@ void Contents::AddListCallback(Parser::list_property_definition_callbacks_type& 
   using Callbacks =
     std::tuple<std::function<void(Size)>, std::function<void(Value)>, std::function<void()>>;
   Parser::at<Size, Value>(callbacks) = [this](const std::string& element, const std::string& name) {
+    this->HaveLists = this->HaveLists || element == "vertex";
     if (element == "range_grid")
     {
       return Callbacks([](Size) {}, [this](Value vertex) { this->Grid.back() = vertex; }, [] {});
@@ -231,12 +238,42 @@ bool Contents::Read(const std::string& path)
   this->AddListCallbacks<int8, uint8, int16, uint16, int32, uint32>(lists);
   parser.list_property_definition_callbacks(lists);
   parser.format_callback([this](format_type format, const std::string&) { this->Format = format; });
-  parser.end_header_callback([this, &path] { return !this->FindBlock(path); }); // false: it stops
-  if (!parser.parse(path) || (this->Block > 0 && !this->ReadBlock(path)))
+  parser.end_header_callback([this, &path] { // false: it stops
+    return !this->FindBlock(path) && (this->HasOthers || !this->HasTextPoints());
+  });
+  const bool isParsed = parser.parse(path);
+  if (this->HasTextPoints())
+  {
+    this->ReadText(path); // says which line is wrong, where the parser does not
+  }
+  if (!isParsed || (this->Block > 0 && !this->ReadBlock(path)))
   {
     return false;
   }
   return this->Cloud.Data.size() == this->Count * this->Cloud.PointStep;
+}
+
+/// Whether the vertices are the lines behind the header. The parser takes 155.0 for 0 in a field of
+/// integers, and what is no number as well.
+bool Contents::HasTextPoints() const
+{
+  return this->Format == pcl::io::ply::ascii_format && this->Count > 0 && this->AreFirst &&
+    !this->HaveLists;
+}
+
+void Contents::ReadText(const std::string& path)
+{
+  std::ifstream file(path, std::ios::binary);
+  std::string line;
+  std::size_t lines = 1;
+  while (std::getline(file, line) && line.rfind("end_header", 0) != 0)
+  {
+    ++lines;
+  }
+  this->Cloud.Width = static_cast<std::uint32_t>(this->Count);
+  this->Cloud.Height = 1;
+  this->Cloud.Data.assign(this->Count * this->Cloud.PointStep, 0);
+  ReadTextPoints(file, lines, this->Cloud);
 }
 
 /// Whether the rest of the file is one block of vertices without lists, as in most files. The
