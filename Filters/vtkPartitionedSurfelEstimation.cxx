@@ -385,8 +385,7 @@ int vtkPartitionedSurfelEstimation::RequestData(vtkInformation* vtkNotUsed(reque
 //------------------------------------------------------------------------------
 void vtkPartitionedSurfelEstimation::WarnOfTroubles()
 {
-  std::string message = ListCounts({ { this->NumberOfNonFinitePoints, "point",
-                                       "with NaN or infinite coordinates, or hidden, dropped" },
+  std::string message = ListCounts({ DroppedPoints(this->NumberOfNonFinitePoints),
     { this->NumberOfDuplicatePoints, "duplicate", "dropped" } });
   const std::string problem = this->Estimation->GetNormalsProblem();
   if (!problem.empty())

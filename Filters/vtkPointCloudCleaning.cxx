@@ -235,16 +235,14 @@ bool vtkPointCloudCleaning::CheckInput(vtkPointSet* input)
 //------------------------------------------------------------------------------
 void vtkPointCloudCleaning::WarnOfTroubles()
 {
-  const std::string message =
-    ListCounts({ { this->NumberOfNonFinitePoints, "point",
-                   "with NaN or infinite coordinates, or hidden, dropped" },
-      { this->NumberOfDuplicatePoints, "duplicate", "dropped" },
-      { this->NumberOfStrayPoints, "stray point", "removed" },
-      { this->NumberOfTwinPoints, "point", "of a second scan dropped where the first has points" },
-      { this->NumberOfJoinedPoints, "point", "of a second scan moved to the first" },
-      { this->NumberOfMovedPoints, "noisy point", "moved to a smooth surface" },
-      { this->NumberOfRecoloredPoints, "colour",
-        "of noisy points chosen by a vote of their neighbours" } });
+  const std::string message = ListCounts({ DroppedPoints(this->NumberOfNonFinitePoints),
+    { this->NumberOfDuplicatePoints, "duplicate", "dropped" },
+    { this->NumberOfStrayPoints, "stray point", "removed" },
+    { this->NumberOfTwinPoints, "point", "of a second scan dropped where the first has points" },
+    { this->NumberOfJoinedPoints, "point", "of a second scan moved to the first" },
+    { this->NumberOfMovedPoints, "noisy point", "moved to a smooth surface" },
+    { this->NumberOfRecoloredPoints, "colour",
+      "of noisy points chosen by a vote of their neighbours" } });
   if (!message.empty())
   {
     vtkWarningMacro(<< message << '.');

@@ -275,8 +275,7 @@ bool vtkSurfelEstimation::CheckSettings(vtkPointSet* input)
 //------------------------------------------------------------------------------
 void vtkSurfelEstimation::WarnOfTroubles()
 {
-  std::string message = ListCounts({ { this->NumberOfNonFinitePoints, "point",
-                                       "with NaN or infinite coordinates, or hidden, dropped" },
+  std::string message = ListCounts({ DroppedPoints(this->NumberOfNonFinitePoints),
     { this->NumberOfDuplicatePoints, "duplicate", "dropped" },
     { this->NumberOfIsolatedPoints, "isolated point", "kept with a bounded radius" },
     { this->NumberOfDegeneratePoints, "point",

@@ -31,12 +31,12 @@ bool HasHidden(vtkPointSet* points)
 {
   const vtkIdType count = points ? points->GetNumberOfPoints() : 0;
   vtkUnsignedCharArray* ghosts = count > 0 ? points->GetPointGhostArray() : nullptr;
-  bool hasHidden = false;
-  for (vtkIdType i = 0; ghosts && ghosts->GetNumberOfValues() == count && i < count; ++i)
+  vtkIdType first = ghosts && ghosts->GetNumberOfValues() == count ? 0 : count;
+  while (first < count && !IsHidden(ghosts, first))
   {
-    hasHidden = hasHidden || IsHidden(ghosts, i);
+    ++first;
   }
-  return hasHidden;
+  return first < count;
 }
 
 /// A copy whose hidden points are nowhere.

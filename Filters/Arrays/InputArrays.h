@@ -52,6 +52,12 @@ struct CountedThings
   const char* What;
 };
 
+/// Points that are nowhere, which all filters drop.
+inline CountedThings DroppedPoints(vtkIdType count)
+{
+  return { count, "point", "with NaN or infinite coordinates, or hidden, dropped" };
+}
+
 /// Lists the counts above 0 for a warning: "3 duplicates dropped; 1 point ..."; empty if there are
 /// none.
 std::string ListCounts(std::initializer_list<CountedThings> counts);

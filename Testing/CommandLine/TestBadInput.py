@@ -53,6 +53,10 @@ class TestBadInput(ToolCase):
         write("in/a folder/scan.ply", "")
         self.refuse_cloud("in/a folder/scn.ply", "did you mean in/a folder/scan.ply?")
         self.refuse_cloud(r"in\a folder\scan.ply", "does not exist; did you mean 'in/a folder/scan.ply'?")
+        self.refuse_cloud("in/*/scan.*", "does not exist; without quotes the shell finds the files")
+        self.refuse_cloud("https://example.org/a.ply", "does not exist; download it first")
+        with mock.patch.dict(os.environ, HOME=os.path.abspath("in")):
+            self.refuse_cloud("~/a folder/scan.ply", f"did you mean '{os.path.abspath('in/a folder/scan.ply')}'?")
         self.refuse("render", ".", says="surfelsplat: . is a folder; give a point cloud file, or several, for "
                     "example ./*.ply")
         os.mkdir("folder.ply")

@@ -5,6 +5,7 @@ import os
 from collections import Counter
 from contextlib import suppress
 from difflib import get_close_matches
+from glob import glob
 from shlex import quote
 
 import numpy as np
@@ -212,10 +213,14 @@ _PACKED = {".zip": "unzip", ".gz": "gunzip -k", ".bz2": "bunzip2 -k", ".xz": "un
 
 
 def _meant(path):
-    """-> the file beside it that may be meant, as the end of a sentence, or nothing"""
-    plain = path.replace("\\", "/")  # Windows separates folders by it
+    """-> what may be meant, such as a file beside it, as the end of a sentence, or nothing"""
+    if "://" in path:
+        return "; download it first"
+    plain = os.path.expanduser(path.replace("\\", "/"))  # Windows separates folders by it
     if os.path.exists(plain):
         return f"; did you mean {quote(plain)}?"
+    if glob(plain):
+        return "; without quotes the shell finds the files"
     folder, name = os.path.split(path)
     near = []
     with suppress(OSError):  # a folder that is missing, or not readable
