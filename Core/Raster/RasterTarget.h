@@ -209,10 +209,10 @@ struct RasterSettings
   float RootXX = 1.0f, RootXY = 0.0f, RootYY = 1.0f;
   RasterPass Pass = RasterPass::Layers;
   /// Change pixels by about MinTransmittance to save time: add nothing to opaque blocks, and end
-  /// layers beside an item that begins far behind them (LayerGaps.h).
+  /// layers beside an item that begins far behind them (BlockLayers.h).
   bool ShortCuts = false;
-  bool Doubts = false;     ///< sum up PixelTile::Doubted
-  bool HasLayers = true;   ///< the tile may have open layers
+  bool Doubts = false;   ///< sum up PixelTile::Doubted
+  bool HasLayers = true; ///< the tile may have open layers
   /// Splats begin so far in front of the depth by which they are sorted at most, world units.
   float LargestDelay = 0.0f;
 

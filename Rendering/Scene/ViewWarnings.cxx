@@ -87,9 +87,10 @@ void ViewWarnings::Tell(const SceneView& view, bool areFinite, const Warn& warn)
 void ViewWarnings::TellOfItems(
   const std::vector<SceneItem>& items, const SceneView& view, const Warn& warn)
 {
-  const bool areFar = std::any_of(items.begin(), items.end(),
-    [&](const SceneItem& item) { return FarthestDepth(item, *view.Camera) > FarthestSurfel; });
-  if (areFar && !this->ToldFar)
+  const auto isFar = [&](const SceneItem& item) {
+    return FarthestDepth(item, *view.Camera) > FarthestSurfel;
+  };
+  if (!this->ToldFar && std::any_of(items.begin(), items.end(), isFar))
   {
     this->ToldFar = true;
     warn("Surfels at a depth of more than 5e15 are not drawn: use a larger unit of length, for "
