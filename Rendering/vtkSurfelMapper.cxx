@@ -83,7 +83,7 @@ void vtkSurfelMapper::WarnOfNaN()
 {
   int cellFlag;
   vtkDataArray* scalars = this->GetChosenScalars(cellFlag);
-  if (!this->ScalarVisibility || !scalars || this->HasWarnedOfScalars)
+  if (!this->ScalarVisibility || !scalars || this->HasWarnedOfNaN)
   {
     return;
   }
@@ -96,7 +96,7 @@ void vtkSurfelMapper::WarnOfNaN()
       return;
     }
   }
-  this->HasWarnedOfScalars = true;
+  this->HasWarnedOfNaN = true;
   vtkWarningMacro("The scalars " << (scalars->GetName() ? scalars->GetName() : "")
                                  << " are NaN everywhere: all surfels have one colour, that of "
                                     "NaN in the lookup table. Choose other scalars.");

@@ -161,7 +161,7 @@ private:
   vtkTimeStamp NaNTime; ///< when the scalars were last looked through
   bool Splatted = false;
   vtkTypeBool ShowBacks = false;
-  bool HasWarnedOfDots = false, HasWarnedOfScalars = false;
+  bool HasWarnedOfDots = false, HasWarnedOfScalars = false, HasWarnedOfNaN = false;
   char* PointIdArrayName = nullptr;
   char* CompositeIdArrayName = nullptr;
 };

@@ -219,6 +219,52 @@ SURFELSPLATTING_INLINE Real KurtosisLack(const FootprintOf<Real>& w, const BlurS
   return Smaller(Larger(lack, Real{}), Uniform<Real>(1.0 / 3.0)); // NaN: in focus
 }
 
+/**
+ * The same of its marginal across the direction in which W is thinnest, as a share of a Gaussian's:
+ *   l^2 / 3,  l = C^2 / (4 v),  1 / v = (tr + sqrt(tr^2 - 4 det)) / (2 det)
+ * v is the smallest eigenvalue of W, l the lens's share there. (The marginals of an elliptical
+ * kernel lack what it lacks itself.) Of an ellipse, 1 / v is the largest eigenvalue of W^-1 S.
+ */
+template <class Real>
+SURFELSPLATTING_INLINE Real KurtosisLackAcross(
+  const FootprintOf<Real>& w, const BlurShape<Real>& blur)
+{
+  const Real squared = Larger(blur.Trace * blur.Trace - 4.0 * w.Determinant, Real{});
+  const Real perVariance = 0.5 * (blur.Trace + SquareRoot(squared)) * w.InverseRoot * w.InverseRoot;
+  const Real share = 0.25 * blur.SquaredConfusion * perVariance;
+  const Real lack = share * share * (1.0 / 3.0);
+  return Smaller(Larger(lack, Real{}), Uniform<Real>(1.0 / 3.0)); // NaN: in focus
+}
+
+/// Up to the first C^2, px^2, the kernel of a surfel has the kurtosis across its thin direction,
+/// and from the second one on the mean one.
+constexpr double MostBlurAcross = 20.0, LeastBlurInMean = 50.0;
+
+/**
+ * What the kernel of a surfel lacks. Surfels that are nearly edge-on lie side by side along
+ * silhouettes. Along these their sum is smooth whatever the kernel is; across them it has the
+ * kernel's marginal. With the mean kurtosis everywhere, the border that a thin surfel's lens blurs
+ * is off by up to 0.018 of its coverage instead of 0.004: a bunny at 12 px of blur has 0.13 dB
+ * less. Where blur is wide, nodes are drawn, few beside one another: with the kurtosis across
+ * everywhere, they ripple along silhouettes, and a plane at 36 px has 0.8 dB less.
+ */
+template <class Real>
+SURFELSPLATTING_INLINE Real SurfelKurtosisLack(
+  const FootprintOf<Real>& w, const BlurShape<Real>& blur)
+{
+  const Real lack = KurtosisLack(w, blur);
+  const MaskOf<Real> isLittle = blur.SquaredConfusion < LeastBlurInMean;
+  if (!AnyLane<Real>(isLittle))
+  {
+    return lack;
+  }
+  const Real share =
+    Smaller((LeastBlurInMean - blur.SquaredConfusion) * (1.0 / (LeastBlurInMean - MostBlurAcross)),
+      Uniform<Real>(1.0));
+  const Real across = lack + share * (KurtosisLackAcross(w, blur) - lack);
+  return isLittle ? across : lack;
+}
+
 /// Splats that lack more have the kernel of SmoothProfile, others that of BellProfile. Here, at n =
 /// 1.99, both are (1 - q/q0)^2.
 constexpr double LeastSmoothLack = 1.0 / 4.99;
@@ -345,7 +391,7 @@ SURFELSPLATTING_INLINE KernelProfile<Real> ChooseProfile(KernelType type,
   {
     return BellProfile(w, BellOf(focus), focus, support);
   }
-  const Real lack = KurtosisLack(w, blur), least = Uniform<Real>(LeastSmoothLack);
+  const Real lack = SurfelKurtosisLack(w, blur), least = Uniform<Real>(LeastSmoothLack);
   const MaskOf<Real> smooth = lack > LeastSmoothLack;
   if (!AnyLane<Real>(Not(smooth)))
   {

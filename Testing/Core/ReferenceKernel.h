@@ -31,9 +31,9 @@ ReferenceKernel ChooseReferenceKernel(double pearsonExponent);
 
 /**
  * Exponent of the Pearson-II kernel for W and a disc of radius C: both have the same Mardia's
- * kurtosis E[(x' W^-1 x)^2]. For the disc convolved with a Gaussian it is 8 plus the disc's fourth
- * cumulant, -C^4/48 (d_ij d_kl + d_ik d_jl + d_il d_jk), contracted with W^-1 W^-1. For Pearson II
- * it is 8 - 8 / (n + 3).
+ * kurtosis E[(x' W^-1 x)^2]; with little blur, the same kurtosis across the thin direction of W.
+ * For the disc convolved with a Gaussian it is 8 plus the disc's fourth cumulant, -C^4/48 (d_ij
+ * d_kl + d_ik d_jl + d_il d_jk), contracted with W^-1 W^-1. For Pearson II it is 8 - 8 / (n + 3).
  */
 double ReferencePearsonExponent(const double w[2][2], double squaredConfusion);
 

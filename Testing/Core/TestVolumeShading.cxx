@@ -306,7 +306,8 @@ TEST_CASE("Odd normals")
   {
     TestCloud huge = none;
     std::fill(huge.Normals.begin(), huge.Normals.end(), value);
-    for (const SurfelCloud& cloud : { huge.Get(), TestHierarchy(huge).Get() })
+    const TestHierarchy hierarchy(huge);
+    for (const SurfelCloud& cloud : { huge.Get(), hierarchy.Get() })
     {
       const Picture picture = RenderPicture(context, { cloud });
       CHECK(std::all_of(picture.Color.begin(), picture.Color.end(),

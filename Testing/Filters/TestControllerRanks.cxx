@@ -136,7 +136,7 @@ struct Fetched
     SurfelGeometry::GatherCloud(this->Fetch()->GetPoints(), origin, this->Cloud);
     const auto count = static_cast<std::size_t>(this->Cloud.Size());
     this->Graph.Ids.assign(SurfelGeometry::KeptNeighbors * count, -1);
-    this->Fits.resize(count);
+    this->Fits.assign(count, SurfelGeometry::PlaneFit());
     this->Results.Components = 3;
     for (std::size_t i = 0; i < count; ++i)
     {
