@@ -336,7 +336,7 @@ void vtkSurfelMapper::ShallowCopy(vtkAbstractMapper* mapper)
 
 void vtkSurfelMapper::ReleaseGraphicsResources(vtkWindow* window)
 {
-  this->Dots->Release();
+  this->Dots->Release(window);
   this->Superclass::ReleaseGraphicsResources(window);
 }
 

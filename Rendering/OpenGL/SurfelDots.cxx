@@ -67,6 +67,22 @@ double MedianDeviation(vtkDataArray* covariances)
   std::nth_element(deviations.begin(), middle, deviations.end());
   return *middle;
 }
+
+/// Points about a centre.
+vtkSmartPointer<vtkPoints> PointsAbout(const double (&center)[3], vtkPoints* points)
+{
+  const vtkIdType count = points->GetNumberOfPoints();
+  auto near = vtkSmartPointer<vtkPoints>::New();
+  near->SetNumberOfPoints(count);
+  for (vtkIdType i = 0; i < count; ++i)
+  {
+    double p[3];
+    points->GetPoint(i, p);
+    vtkMath::Subtract(p, center, p);
+    near->SetPoint(i, p);
+  }
+  return near;
+}
 }
 
 SurfelDots::SurfelDots()
@@ -79,11 +95,12 @@ SurfelDots::~SurfelDots()
   this->Release();
 }
 
-void SurfelDots::Release()
+void SurfelDots::Release(vtkWindow* releasing)
 {
   // vtkPointGaussianMapper does not bind its OpenGL objects to their window: released while another
   // context is current, they would delete objects of that context. If their own context is gone,
-  // the mapper is leaked instead.
+  // the mapper is leaked instead, without its input. A window that is being deleted has its context
+  // still, but weak pointers to it are null.
   this->Actor->SetMapper(nullptr);
   if (this->Mapper && this->Window)
   {
@@ -91,12 +108,14 @@ void SurfelDots::Release()
     this->Mapper = nullptr;
     this->Window->PopContext();
   }
-  else if (this->Mapper)
+  else if (this->Mapper && (!releasing || releasing != this->Owner))
   {
+    this->Mapper->RemoveAllInputs();
     this->Mapper->Register(nullptr);
-    this->Mapper = nullptr;
   }
+  this->Mapper = nullptr;
   this->Window = nullptr;
+  this->Owner = nullptr;
 }
 
 void SurfelDots::Update(
@@ -111,6 +130,7 @@ void SurfelDots::Update(
   if (fresh)
   {
     this->Window = window;
+    this->Owner = window;
     this->Mapper = vtkSmartPointer<vtkPointGaussianMapper>::New();
     this->Mapper->EmissiveOff();
     // An opaque disc instead of a Gaussian, so that dots hide what is behind them.
@@ -122,7 +142,7 @@ void SurfelDots::Update(
   if (fresh || mapper->GetMTime() > this->Time || mapper->GetInput()->GetMTime() > this->Time)
   {
     this->Mapper->ShallowCopy(mapper); // input, scalars, lookup table, clipping planes
-    this->Move(mapper);
+    this->CopyInput(mapper);
     // A texture of colours, for which dots have no coordinates: VTK 9.3 crashes.
     this->Mapper->InterpolateScalarsBeforeMappingOff();
     this->Time.Modified();
@@ -134,34 +154,24 @@ void SurfelDots::Update(
   this->Mapper->SetScaleFactor(0.8 * this->MeanSpacing(mapper) * scale);
 }
 
-/// Points far from the origin, in double precision, would lose theirs in vertex buffers: dots are
-/// drawn of copies about the cloud's centre.
-void SurfelDots::Move(vtkPolyDataMapper* mapper)
+/// Gives the dots a copy of a mapper's input. A pipeline that both shared would stay in memory
+/// where VTK's garbage collector frees the mapper. Points in double precision, maybe far from the
+/// origin, would lose it in vertex buffers: the copy has them about the cloud's centre.
+void SurfelDots::CopyInput(vtkPolyDataMapper* mapper)
 {
   vtkPolyData* input = mapper->GetInput();
+  vtkNew<vtkPolyData> copy;
+  copy->ShallowCopy(input);
   std::fill_n(this->Origin, 3, 0.0);
-  if (input->GetPoints()->GetDataType() != VTK_DOUBLE)
+  if (input->GetPoints()->GetDataType() == VTK_DOUBLE)
   {
-    return;
+    double origin[3];
+    ReadOrigin(input, origin);
+    mapper->GetCenter(this->Origin); // without invalid points
+    vtkMath::Subtract(this->Origin, origin, this->Origin);
+    copy->SetPoints(PointsAbout(this->Origin, input->GetPoints()));
   }
-  double origin[3];
-  ReadOrigin(input, origin);
-  mapper->GetCenter(this->Origin); // without invalid points
-  vtkMath::Subtract(this->Origin, origin, this->Origin);
-  const vtkIdType count = input->GetNumberOfPoints();
-  vtkNew<vtkPoints> near;
-  near->SetNumberOfPoints(count);
-  for (vtkIdType i = 0; i < count; ++i)
-  {
-    double p[3];
-    input->GetPoint(i, p);
-    vtkMath::Subtract(p, this->Origin, p);
-    near->SetPoint(i, p);
-  }
-  vtkNew<vtkPolyData> moved;
-  moved->ShallowCopy(input);
-  moved->SetPoints(near);
-  this->Mapper->SetInputData(moved);
+  this->Mapper->SetInputData(copy);
 }
 
 /// World units; kept until the input changes.

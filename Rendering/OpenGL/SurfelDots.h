@@ -20,6 +20,7 @@ class vtkPointGaussianMapper;
 class vtkPolyDataMapper;
 class vtkProp;
 class vtkRenderer;
+class vtkWindow;
 
 namespace SurfelSplatting
 {
@@ -39,16 +40,17 @@ public:
   bool ProcessSelectorPixelBuffers(
     vtkHardwareSelector* selector, std::vector<unsigned int>& pixeloffsets, vtkProp* prop);
 
-  /// Releases the graphics resources.
-  void Release();
+  /// Releases the graphics resources. @param releasing window whose context is current, if any
+  void Release(vtkWindow* releasing = nullptr);
 
 private:
   void Update(vtkPolyDataMapper* mapper, bool isColored, vtkRenderer* renderer, double scale);
-  void Move(vtkPolyDataMapper* mapper);
+  void CopyInput(vtkPolyDataMapper* mapper);
   double MeanSpacing(vtkPolyDataMapper* mapper);
 
   vtkSmartPointer<vtkPointGaussianMapper> Mapper; // null: none drawn
   vtkWeakPointer<vtkOpenGLRenderWindow> Window;
+  vtkWindow* Owner = nullptr; // the same also while it is being deleted
   vtkNew<vtkActor> Actor;
   vtkNew<vtkMatrix4x4> Matrix;
   double Origin[3] = { 0.0, 0.0, 0.0 }; // of the dots, beside the input's own

@@ -29,6 +29,7 @@
 #include <vtkSelection.h>
 #include <vtkSelectionNode.h>
 #include <vtkSphereSource.h>
+#include <vtkWeakPointer.h>
 
 #include <algorithm>
 #include <cmath>
@@ -271,6 +272,35 @@ TEST_CASE_FIXTURE(NoMessages, "Selection names the blocks of points by an array"
     {
       CHECK(block == static_cast<int>(blocks->GetValue(ids->GetValue(i))));
     }
+  }
+}
+
+TEST_CASE_FIXTURE(OnlyOfDots, "Nothing keeps the points of dots that are gone")
+{
+  // The window, the actor in it, or the mapper goes first.
+  for (const int first : { 0, 1, 2 })
+  {
+    vtkSmartPointer<vtkActor> actor = SurfelActor(UnitSphere());
+    vtkPolyData* surfels = vtkPolyData::SafeDownCast(actor->GetMapper()->GetInput());
+    vtkWeakPointer<vtkDataArray> points = surfels->GetPoints()->GetData();
+    {
+      Scene scene(70, 70, 0, false);
+      scene.Renderer->AddActor(actor);
+      scene.See(FrontCamera(6.0));
+      CHECK(CountBrighter(scene.Render(), 200) > 500);
+      if (first == 1)
+      {
+        scene.Renderer->RemoveActor(actor);
+      }
+      CHECK(points);
+      if (first == 2)
+      {
+        actor->SetMapper(nullptr);
+        CHECK_FALSE(points);
+      }
+    }
+    actor = nullptr;
+    CHECK_FALSE(points);
   }
 }
 
