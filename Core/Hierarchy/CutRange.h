@@ -35,13 +35,14 @@ struct CutRange
   std::size_t Begin;
   std::uint32_t Count;
   std::uint32_t Level;
-  float Merging = 0.0f;       ///< m, [0, 1]
-  std::size_t Parents = 0;    ///< of the first two nodes; those of the others follow. If m > 0
-  bool HasAncestors = false;  ///< of Gaussians in space, which may be drawn instead
-  bool Wide = false;          ///< all of its splats are wide enough for a coarse grid
-  float Blur = 0.0f;          ///< smallest radius of the lens's blur in it, px
-  float Near = -1e30f;        ///< no splat of it begins in front of this
-  float Far = 1e30f;          ///< no splat of it ends behind this
-  PixelBox Box{ 0, 0, 0, 0 }; ///< contains all of its splats
+  float Merging = 0.0f;        ///< m, [0, 1]
+  std::size_t Parents = 0;     ///< of the first two nodes; those of the others follow. If m > 0
+  bool HasAncestors = false;   ///< of Gaussians in space, which may be drawn instead
+  bool Wide = false;           ///< all of its splats are wide enough for a coarse grid
+  float Blur = 0.0f;           ///< smallest radius of the lens's blur in it, px
+  float Near = -1e30f;         ///< no splat of it begins in front of this
+  float Far = 1e30f;           ///< no splat of it ends behind this
+  PixelBox Box{ 0, 0, 0, 0 };  ///< contains all of its splats
+  std::uint64_t FirstLeaf = 0; ///< of those below it: the number of the first in its tree
 };
 }

@@ -98,6 +98,7 @@ private:
       std::min<std::size_t>((at.Index + 1) << below, this->Layout.Count(level, at.Tree));
     CutRange run{ this->Layout.Begin(level, at.Tree) + first,
       static_cast<std::uint32_t>(last - first), static_cast<std::uint32_t>(level) };
+    run.FirstLeaf = static_cast<std::uint64_t>(first) << level;
     run.Merging = static_cast<float>(detail - level);
     if (run.Merging > 0.0f)
     {

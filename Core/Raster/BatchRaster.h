@@ -192,7 +192,8 @@ SURFELSPLATTING_INLINE unsigned int AddSplatToBlock(
   {
     const ItemRange place{ p.Range, p.Range.Near };
     const Lanes begin = BeginItem(open, at, *p.Item, place, RoomToFill<OnLens> * most, inside);
-    Lengthen(open, p.Range, begin, ReachingWeight<OnLens>(most, kernel, u, open.Weight), inside);
+    const Lanes relative = p.PerCenter * kernel;
+    Lengthen(open, p.Range, begin, ReachingWeight<OnLens>(most, relative, u, open.Weight), inside);
   }
   const Lanes weight = LimitWeight<OnLens>(most, FindRoom(open, u, 1.0f + Ripple<OnLens>));
   Lanes depth = p.Depth + p.DepthY * at.Y + p.DepthX * at.X;

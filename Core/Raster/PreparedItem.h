@@ -35,6 +35,7 @@ struct alignas(64) PreparedItem
   float Depth, DepthX, DepthY;
   float Red, Green, Blue, Opacity;
   float Steepness;            ///< SmoothProfile
+  float PerCenter;            ///< 1 / the kernel at the centre
   float Edge, Square, Fourth; ///< BellProfile
   ItemKernel Kernel;
   const BatchItem* Item;
@@ -45,6 +46,14 @@ SURFELSPLATTING_INLINE ItemKernel KernelOf(float shape)
   return shape < 0.0f           ? ItemKernel::Gaussian
     : shape >= FirstSmoothShape ? ItemKernel::Smooth
                                 : ItemKernel::Bell;
+}
+
+/// The kernel of a splat at its centre: of SmoothProfile less than 1 where it has no plateau, and
+/// hardly anything next to a bell.
+SURFELSPLATTING_INLINE float KernelAtCenter(ItemKernel kernel, float steepness)
+{
+  const float u = steepness < 1.0f ? steepness : 1.0f;
+  return kernel == ItemKernel::Smooth ? u * u * (3.0f - 2.0f * u) : 1.0f;
 }
 
 template <bool OnLens, RasterPass Pass>
@@ -75,6 +84,8 @@ SURFELSPLATTING_INLINE void Prepare(
   p.Opacity = s.Opacity;
   p.Kernel = KernelOf(s.Shape);
   p.Steepness = s.Shape - FirstSmoothShape;
+  const float center = KernelAtCenter(p.Kernel, p.Steepness);
+  p.PerCenter = 1.0f / (center > 1e-30f ? center : 1e-30f);
   const BellWeights<float> bell = BellOf(s.Shape);
   p.Edge = bell.Edge;
   p.Square = bell.Square;

@@ -83,6 +83,7 @@ CutRange LazySplats::Range(const Wanted& wanted) const
     range.Begin = nodes.Begin;
     range.Count = static_cast<std::uint32_t>(nodes.Count);
     range.Level += LevelsToAncestors;
+    range.FirstLeaf = range.FirstLeaf >> range.Level << range.Level;
     range.Merging = 0.0f;
   }
   return range;

@@ -17,13 +17,21 @@ template <class Real>
 struct BatchIndices
 {
   std::size_t I[LaneTypes<Real>::Count], Parents[LaneTypes<Real>::Count];
-  int Count;      ///< of surfels, in the first lanes
-  int Level;      ///< level in the hierarchy, the same for all lanes; 0: surfels
-  double Merging; ///< with the parents, the same for all lanes (CutRange.h)
+  std::uint64_t FirstLeaf; ///< of surfel I[0], as in CutRange
+  int Count;               ///< of surfels, in the first lanes
+  int Level;               ///< level in the hierarchy, the same for all lanes; 0: surfels
+  double Merging;          ///< with the parents, the same for all lanes (CutRange.h)
 
   SURFELSPLATTING_INLINE std::size_t operator[](int lane) const { return this->I[lane]; }
   SURFELSPLATTING_INLINE MaskOf<Real> ArePresent() const { return LanesBefore<Real>(this->Count); }
   SURFELSPLATTING_INLINE bool HasNodes() const { return this->Level > 0 || this->Merging > 0.0; }
+
+  /// The first leaf of a surfel.
+  SURFELSPLATTING_INLINE std::uint64_t LeafOf(int lane) const
+  {
+    return this->FirstLeaf +
+      (static_cast<std::uint64_t>(this->I[lane] - this->I[0]) << this->Level);
+  }
 
   SURFELSPLATTING_INLINE BatchIndices AtParents() const
   {

@@ -51,6 +51,14 @@ constexpr double MinPlaneShare = 1e-3;
 /// cells of a coarse grid, so a cell is at most this many deviations wide.
 constexpr double GridCellsPerDeviation = 2.25;
 
+/// Splats go from the picture to the lowest grid over this share of the blur's deviation, not all
+/// at one. A surface that did so at once would flash where it covers another: in a focus pull of a
+/// lion, 12 px, 5 to 9 pixels of a frame step by more than 4.5 levels instead of 1. (Ours. With 0.1,
+/// up to 3.5 do; 0.3 is no better. If leaves and nodes went one by one, bars with level of detail
+/// would pop by 1.0 instead of 0.65 levels. The same for coarser grids costs scenes of 100 px 0.1
+/// to 0.4 dB, and their pixels flash as before.)
+constexpr float GridStagger = 0.2f;
+
 /// Minimum standard deviation of a kernel's border on a coarse grid, in cells, including the tents.
 /// A sharper border is softened without changing the kernel's variance: the grid's samples cannot
 /// resolve it.

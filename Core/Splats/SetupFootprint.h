@@ -154,13 +154,28 @@ SURFELSPLATTING_INLINE BlurShape<Real> ShapeOf(const SetupJob& job, const Screen
     f.W, f.SquaredConfusion, { Uniform<Real>(s.XX), Uniform<Real>(s.YY), Uniform<Real>(s.XY) });
 }
 
+/// The blur's variance, px^2, from which on a splat may go to the lowest grid: between that of
+/// LowestCellsPerDeviation and (1 + GridStagger)^2 times it. Four leaves and the nodes above them
+/// have the same; neighbours differ as much as multiples of the golden ratio do.
+template <class Real>
+SURFELSPLATTING_INLINE Real LeastBlurOfGrids(const BatchIndices<Real>& index)
+{
+  constexpr auto least = static_cast<float>(LowestCellsPerDeviation * (1 << LowestCoarseLevel));
+  return GatherFloats<Real>([&](int lane) {
+    const std::uint32_t turns = static_cast<std::uint32_t>(index.LeafOf(lane) >> 2) * 2654435769u;
+    const float share = static_cast<float>(turns >> 8) * (1.0f / 16777216.0f);
+    const float deviation = least + least * GridStagger * share;
+    return deviation * deviation;
+  });
+}
+
 /// Chooses the coarse grid of a splat (CoarseGrid.h). If the kernel's border is too narrow for the
 /// grid (GridCellsPerDeviation), the next finer grid is used. A gradient acts mainly in that
 /// border. If a node's gradient needs an even finer grid, the node is small compared with the blur,
 /// and its gradient is dropped.
 template <class Real>
-SURFELSPLATTING_INLINE void ChooseGrid(const SetupJob& job, const MaskOf<Real>& alive,
-  const LensBlur<Real>& blur, ScreenFootprints<Real>& f)
+SURFELSPLATTING_INLINE void ChooseGrid(const SetupJob& job, const BatchIndices<Real>& index,
+  const MaskOf<Real>& alive, const LensBlur<Real>& blur, ScreenFootprints<Real>& f)
 {
   const Real smallest = f.W.SmallestEigenvalue(), one = Uniform<Real>(1.0);
   f.Cell = CoarseCell(smallest);
@@ -169,13 +184,19 @@ SURFELSPLATTING_INLINE void ChooseGrid(const SetupJob& job, const MaskOf<Real>& 
     f.Cell = one;
     return;
   }
+  const double lowest = 1 << LowestCoarseLevel;
+  const MaskOf<Real> isLowest = alive & (f.Cell == lowest);
+  if (AnyLane<Real>(isLowest))
+  {
+    const Real blurred = Smaller(smallest, Smaller(blur.Smooth.XX, blur.Smooth.YY));
+    f.Cell = isLowest & (blurred < LeastBlurOfGrids(index)) ? one : f.Cell;
+  }
   const Real confusion = Larger(blur.ConfusionX, blur.ConfusionY);
   const Real sharp =
     SquareRoot(Larger(smallest - (0.25 * job.LeastShape) * confusion * confusion, Real{}));
   const MaskOf<Real> finer =
     (f.Cell > 1.0) & Not<MaskOf<Real>>(f.Cell <= GridCellsPerDeviation * sharp);
   f.Tilted &= Not(finer) | (0.5 * f.Cell <= GridCellsPerDeviation * sharp);
-  const double lowest = 1 << LowestCoarseLevel;
   f.Cell = finer ? (f.Cell > lowest ? 0.5 * f.Cell : one) : f.Cell;
 
   const MaskOf<Real> coarse = f.Cell > 1.0;
@@ -212,7 +233,7 @@ SURFELSPLATTING_INLINE ScreenFootprints<Real> Project(const SetupJob& job,
   f.SquaredConfusion = blur.ConfusionX * blur.ConfusionY;
   if (job.CoarseGrids)
   {
-    ChooseGrid(job, s.Alive, blur, f);
+    ChooseGrid(job, index, s.Alive, blur, f);
   }
   return f;
 }

@@ -128,6 +128,7 @@ SURFELSPLATTING_INLINE void MakeRun(const SetupJob& job, const CutRange& run, do
         index.Parents[l] = run.Parents + place / 2;
       }
     }
+    index.FirstLeaf = run.FirstLeaf + (static_cast<std::uint64_t>(i) << index.Level);
     index.Count = static_cast<int>(end - i < lanes ? end - i : lanes);
     MakeAnyBatch(job, index, output);
   }

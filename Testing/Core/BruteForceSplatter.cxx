@@ -70,7 +70,7 @@ Fragment MakeFragment(
       (std::abs(s.AreaX) + std::abs(s.AreaY)) * (std::abs(s.X) + std::abs(s.Y) + 64.0));
   f.Error += onLens ? areaError / std::max(seen, 1e-3) : 0.0;
   v.Weight = s.Weight * kernel * seen;
-  v.Kernel = kernel;
+  v.Kernel = kernel / EvaluateKernel(s, 0.0, cutoff);
   v.Opacity = s.Opacity;
   v.Depth = s.Depth + s.DepthX * dx + s.DepthY * dy;
   std::copy(std::begin(s.Color), std::end(s.Color), v.Color);

@@ -60,7 +60,7 @@ void SetValues(
     lens.Area + static_cast<double>(lens.AreaX) * d[0] + static_cast<double>(lens.AreaY) * d[1];
   const double seen = onLens ? std::max(area, -lens.Back * area) : 1.0;
   v.Weight = static_cast<double>(s.Weight) * k.Value * seen;
-  v.Kernel = k.Value;
+  v.Kernel = k.Value / EvaluateScalar(s.Shape, 0.0, 0.0).Value;
   v.Opacity = s.Opacity;
   v.Depth = 0.5 * (static_cast<double>(s.Near) + s.Far) + static_cast<double>(s.DepthX) * d[0] +
     static_cast<double>(s.DepthY) * d[1];

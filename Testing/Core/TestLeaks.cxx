@@ -272,6 +272,24 @@ TEST_CASE("Tails in gaps")
   }
 }
 
+/// The middle of a kernel that is hardly flatter than a bell lengthens a layer by its weight,
+/// though its SmoothProfile is small there: such surfaces came apart, and flashed in motion.
+TEST_CASE("Middles of kernels")
+{
+  for (const float weight : { 2e-4f, 1e-3f, 2e-3f })
+  {
+    const Wide a{ 1.0f, 2.0f, CoverOfReach, 1.0f, 1.0f, 0, 0 };
+    const Wide behind{ 4.0f, 5.0f, 0.45f, 0.0f, 1.0f, 0, 0 };
+    Wide middle{ 1.5f, 4.0f, weight, 1.0f, 1.0f, 0, 0 };
+    const Pixel same = Draw({ a, middle, behind }, true);
+    for (const float steepness : { 0.01f, 0.1f, 0.5f, 1.0f, 3.0f })
+    {
+      middle.Steepness = steepness;
+      CHECK_NEAR(Draw({ a, middle, behind }, true).Alpha, same.Alpha, 2e-6);
+    }
+  }
+}
+
 /// Two tents that end at different depths give their layer two ends, in either order.
 TEST_CASE("Ends of two tents")
 {

@@ -9,6 +9,7 @@
 #include "TestScene.h"
 #include "Testing/Shared/Check.h"
 
+#include <algorithm>
 #include <cmath>
 
 using namespace SurfelSplatting;
@@ -27,12 +28,17 @@ struct OneSplat
   bool IsVisible;
 
   OneSplat(const SplatContext& context, const SurfelCloud& cloud, std::size_t index, int level)
+    : OneSplat(context, cloud, { index, 1, static_cast<std::uint32_t>(level) })
+  {
+  }
+
+  OneSplat(const SplatContext& context, const SurfelCloud& cloud, const CutRange& run)
   {
     SplatOutput output{ &this->S, &this->Box, &this->Near,
       context.HasLens() ? &this->Footprint : nullptr, &this->GridLevel, &this->Gradient, 0 };
     SplatMaker maker;
     maker.Set(context, cloud);
-    maker.Make({ index, 1, static_cast<std::uint32_t>(level) }, output);
+    maker.Make(run, output);
     this->IsVisible = output.Count == 1;
   }
 };
@@ -108,6 +114,51 @@ TEST_CASE("Circumellipse")
     const double scale =
       std::hypot(axes[0][0], axes[0][1]) * std::hypot(axes[1][0], axes[1][1]) * (e.XX + e.YY);
     CHECK_NEAR(Form({ e.XX, e.YY, e.XY }, axes[0], axes[1]) / scale, 0.0, 1e-9);
+  }
+}
+
+/// Surfels go to the lowest grid over GridStagger of the blur's deviation: hardly any below, all
+/// above, in between as many as the deviation says, four leaves and their nodes together.
+TEST_CASE("One after another to grids")
+{
+  Random random(6);
+  TestCloud points;
+  for (int i = 0; i < 512; ++i)
+  {
+    TestSurfel s;
+    s.Position = { random.Uniform(-0.3, 0.3), random.Uniform(-0.3, 0.3), 4.0 };
+    s.Area = 1e-4;
+    points.Add(s);
+  }
+  const TestHierarchy hierarchy(points);
+  const SurfelCloud cloud = hierarchy.Get();
+  const HierarchyLayout& layout = cloud.Clusters->Layout();
+  SplatContext context = Context();
+  context.CoarseGrids = true;
+  const double least = LowestCellsPerDeviation * (1 << LowestCoarseLevel);
+  for (const double share : { -0.02, 0.1, 0.25, 0.5, 0.75, 0.9, 1.02 })
+  {
+    const double deviation = least * (1.0 + GridStagger * share);
+    const double confusion = 2.0 * std::sqrt(deviation * deviation - context.Settings.Prefilter);
+    context.Optics.Radius *= confusion / (300.0 * context.Optics.RelativeCircleOfConfusion(4.0));
+    int groups[3] = {};
+    for (int level = 0; level < 3; ++level)
+    {
+      for (std::size_t j = 0; j < layout.Count(level, 0); ++j)
+      {
+        const std::size_t four = j >> (2 - level) << (2 - level);
+        const auto levelOf = [&](std::size_t node) {
+          CutRange run{ layout.Begin(level, 0) + node, 1, static_cast<std::uint32_t>(level) };
+          run.FirstLeaf = node << level;
+          return OneSplat(context, cloud, run).GridLevel;
+        };
+        CHECK(levelOf(j) == levelOf(four));
+        groups[level] += levelOf(j) > 0;
+      }
+    }
+    CHECK_NEAR(groups[2] / 128.0, std::min(std::max(share, 0.0), 1.0), 0.02);
+    CHECK(groups[0] == 4 * groups[2]);
+    CHECK(groups[1] == 2 * groups[2]);
   }
 }
 

@@ -18,6 +18,12 @@ Splat SplatOf(const Wide& w)
   s.Y = 8.0f;
   s.Shape = -1.0f;
   s.Weight = w.Weight / w.Kernel;
+  if (w.Steepness > 0.0f)
+  {
+    const float u = std::min(w.Steepness, 1.0f);
+    s.Shape = static_cast<float>(SmoothShape) + w.Steepness;
+    s.Weight = w.Weight / (u * u * (3.0f - 2.0f * u));
+  }
   s.Near = w.Near;
   s.Far = w.Far;
   s.Gradient = NoGradient;

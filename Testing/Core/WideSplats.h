@@ -39,7 +39,8 @@ struct Wide
 {
   float Near = 0, Far = 0, Weight = 0, Red = 0, Opacity = 1;
   float PointX = 0, PointY = 0;
-  float Kernel = 1; ///< all over the frame, from 0.09 on: less is cut off
+  float Kernel = 1;    ///< all over the frame, from 0.09 on: less is cut off
+  float Steepness = 0; ///< of a SmoothProfile, at whose centre the frame is then; 0: a Gaussian
 };
 
 Splat SplatOf(const Wide& w);
