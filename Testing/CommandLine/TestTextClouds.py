@@ -382,7 +382,7 @@ class TestPtx(ToolCase):
 
     def read(self, text):
         write("scan.ptx", text)
-        cloud, viewpoint = read_ptx_cloud("scan.ptx")
+        cloud, viewpoint, self.missing = read_ptx_cloud("scan.ptx")
         return places_of(cloud), arrays_of(cloud), viewpoint
 
     def test_two_scans(self):
@@ -409,6 +409,7 @@ class TestPtx(ToolCase):
     def test_one_scan_has_a_viewpoint(self):
         """And what it lacks at its end is not missed."""
         points, arrays, viewpoint = self.read(self.SECOND + "1 2 3 0.5\n")
+        self.assertEqual(self.missing, "its last scan has 1 of the 2 points that its header says")
         self.assertEqual((len(points), set(arrays)), (1, {"intensity", "ToScanner"}))
         self.assertEqual(viewpoint, (500000.125, 20, 30))
         converted = self.FIRST.replace(self.AXES, 4 * "0 0 0\n")  # which no scanner has written
@@ -424,12 +425,30 @@ class TestPtx(ToolCase):
 
     def test_errors(self):
         for text, says in (("5\n1 2 3 4\n", "scan.ptx is not .*: a scan begins with its columns"),
-                           (self.FIRST + "1 2 3 4 5\n", "its points have 5 numbers"),
-                           (self.FIRST + "1 2 3 bad\n", "'bad', line 11$"),
+                           (self.FIRST + "1 2 3 4 5\n1 2 3 4 5\n", "its points have 5 numbers .* line 11$"),
+                           (self.FIRST + "1 2 3 bad\n1 2 3 4\n", "'bad', line 11$"),
+                           (self.FIRST + "1 2 3 4\n4 5\n", "changed from 4 to 2, line 12$"),
                            (self.FIRST + "0 0 0 0.5\n", "holds no points"),
                            (self.FIRST, "holds no points")):
             with self.assertRaisesRegex(UserProblem, says, msg=text):
                 self.read(text)
+
+    def test_files_that_are_cut_short(self):
+        """Within a header, a point, or the first number of a point"""
+        one = self.FIRST + "1 2 3 0.5\n4 5 6 0.5\n7 8 9 0.5\n"
+        for text, where in (("1\n3\n0 0", "line 3, in the header of scan 1"),
+                            ("1\n3\n" + self.AXES, "line 6, in the header of scan 1"),
+                            (one + self.SECOND[:-6], "line 23, in the header of scan 2"),
+                            (self.FIRST + "1 2 3 0.5\n4 5", "line 12, in point 2 of 3 of scan 1"),
+                            (self.FIRST + "1 2", "line 11, in point 1 of 3 of scan 1"),
+                            (one + self.SECOND + "1 2 3 0.5\n-", "line 25, in point 2 of 2 of scan 2")):
+            with self.assertRaises(UserProblem, msg=text) as caught:
+                self.read(text)
+            self.assertEqual(str(caught.exception), f"scan.ptx is cut short: it ends at {where}; copy or export it "
+                             "again")
+        self.read(one)
+        self.assertEqual(self.missing, "")
+        self.assertIn("its last scan has 2 of the 3 points", self.info(write("scan.ptx", one[:-10])))
 
 
 if __name__ == "__main__":

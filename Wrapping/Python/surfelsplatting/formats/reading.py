@@ -125,11 +125,11 @@ def _read_las(path, _messages, _progress):
     return Cloud(data, how=HOW if has_degrees(data) else "")
 
 
-def _of_scanners(data, viewpoint):
+def _of_scanners(data, viewpoint, how=""):
     note_scan(data, viewpoint)
     if data.GetPointData().HasArray(TO_SCANNER):
         note_up(data, (0, 0, 1))  # scanners are level
-    return Cloud(data, viewpoint)
+    return Cloud(data, viewpoint, how=how)
 
 
 def _read_e57(path, _messages, _progress):
