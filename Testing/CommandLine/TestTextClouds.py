@@ -46,6 +46,52 @@ class TestTextClouds(ToolCase):
             arrays = self.check_points(text, path="a.csv")
             np.testing.assert_array_equal(arrays["RGB"], [[0, 20, 30], [40, 50, 60]])
 
+    def test_comments_of_other_programs(self):
+        for mark in ("%", "! ", "//", "# "):
+            arrays = self.check_points(f"{mark}a file of three words\n{mark}x y z intensity\n1 2 3 7\n4 5 6 8\n")
+            np.testing.assert_array_equal(arrays["intensity"], [7, 8], mark)
+            self.assertFalse(self.columns.unsure)
+        self.check_points("! made by me\n1 2 3\n4 5 6\n")
+        self.assertFalse(self.columns.unsure)
+
+    def test_columns_of_words(self):
+        """Are left out, with names and without"""
+        for text in ("1,2,3,GRD\n4,5,6,\n", "1 2 3 tree\n4 5 6 house\n", ",1,2,3,a\n,4,5,6,b\n",
+                     "1;2;3;tree, old;\n4;5;6;a;\n"):
+            self.assertEqual(self.check_points(text, path="a.csv"), {}, text)
+        with self.assertRaisesRegex(UserProblem, "begins with 'P1,1,2,3'; where words come before x y z, name all"):
+            self.read("P1,1,2,3\nP2,4,5,6\n", "a.csv")
+
+    def test_colors_in_hexadecimal(self):
+        expected = [[255, 128, 1], [0, 2, 0]]
+        for text in ("x,y,z,color\n1,2,3,#ff8001\n4,5,6,#000200\n",
+                     "1 2 3 #FF8001\n4 5 6 #000200 # the last\n",
+                     'x;y;colour;"z"\n1,0;2;"#ff8001";3\n4;5;"#000200";6,0\n', "1\t2\t3\t0xff8001\n4\t5\t6\t0x000200\n",
+                     "name,x,y,z,color\na,1,2,3,#ff8001\nb,4,5,6,#000200\n", "x,y,z,c,w\n1,2,3,#ff8001,a\n4,5,6,#000200,?\n"):
+            arrays = self.check_points(text, path="a.csv")
+            self.assertEqual(set(arrays), {"RGB"}, text)
+            np.testing.assert_array_equal(arrays["RGB"], expected, text)
+        arrays = self.check_points("x,y,z,color,t\n1,2,3,,7\n4,5,6,#ff8001,8\n", path="a.csv")
+        np.testing.assert_array_equal(arrays["RGB"], [[0, 0, 0], [255, 128, 1]])
+        np.testing.assert_array_equal(arrays["t"], [7, 8])
+        arrays = self.check_points("1 2 3 9 #ff8001\n4 5 6 2000 #000200\n")
+        np.testing.assert_array_equal(arrays["intensity"], [9, 2000])
+        for text in ("#facade\n1 2 3\n4 5 6\n", "x y z kind\n1 2 3 red\n4 5 6 #ff8001\n"):  # no colours
+            self.assertEqual(self.check_points(text), {}, text)
+
+    def test_numbers_of_other_languages(self):
+        """Exponents of Fortran, the minus of .NET in the North of Europe, and Windows' NaN"""
+        for text in ("1.0D+00 0.2D1 3.d0\n4 5 6\n", "x,y,z,t\n1.D0,2,3,-7.5d-01\n4,5,6,1.25D+003\n"):
+            arrays = self.check_points(text)
+        np.testing.assert_array_equal(arrays["t"], [-0.75, 1250])
+        self.check_points("\u22121 2 \u2212.5\n4 5 6\n", ((-1, 2, -0.5), (4, 5, 6)))
+        for word in ("-nan(ind)", "nan(snan)", "1.#QNAN", "-1.#IND", "1.#INF00"):
+            nan = np.full(3, np.nan)
+            self.check_points(f"{word} {word} {word}\n4 5 6\n", (nan, (4, 5, 6)))
+            self.assertFalse(self.columns.unsure)
+            points, _ = self.read(2000 * "1 2 3\n" + f"{word} {word} {word}\n")  # behind the first lines
+            np.testing.assert_array_equal(points[[-2, -1]], ((1, 2, 3), nan))
+
     def test_marks_in_pts_files(self):
         for text in ("2\n1 2 3\n4 5 6\n", "BEGIN\n1 2 3\n4 5 6\nEND\n", "1\n1 2 3\n1\n4 5 6\n"):
             self.check_points(text, path="cloud.pts")
@@ -161,13 +207,17 @@ class TestTextClouds(ToolCase):
         places, rest = "1,2,3", "10,20,30,0,0,1"
         for names in ("point.x,point.y,point.z,color.r,color.g,color.b,normal.x,normal.y,normal.z",
                       "PosX,PosY,PosZ,ColR,ColG,ColB,NormX,NormY,NormZ",
-                      "XCoord,YCoord,ZCoord,R,G,B,nx,ny,nz", "x_m,y_m,z_m,r,g,b,n_x,n_y,n_z",
+                      "XCoord,YCoord,ZCoord,R,G,B,nx,ny,nz", "X1 (m),Y1 (m),Z1 (m),R,G,B,nx,ny,nz",
+                      "x_m,y_m,z_m,r,g,b,n_x,n_y,n_z",
                       "Points:0,Points:1,Points:2,RGB:0,RGB:1,RGB:2,Normals:0,Normals:1,Normals:2",
                       '"Points_m_XYZ:0","Points_m_XYZ:1","Points_m_XYZ:2",red,green,blue,nx,ny,nz'):
             arrays = self.check_points(f"{names}\n{places},{rest}\n4,5,6,{rest}\n", path="cloud.csv")
             self.assertFalse(self.columns.unsure, names)
             np.testing.assert_array_equal(arrays["RGB"], [[10, 20, 30]] * 2, names)
             np.testing.assert_array_equal(arrays["Normals"], [[0, 0, 1]] * 2, names)
+        points, _ = self.read("TIMESTAMP (ns), RANGE (mm), X1 (m), Y1 (m), Z1 (m), X2 (m), Y2 (m), Z2 (m)\n"
+                              "9,8,1,2,3,4,5,6\n", path="cloud.csv")
+        np.testing.assert_array_equal(points, [[1, 2, 3]])
         # What has three parts is no place for that.
         arrays = self.check_points("vel_x,vel_y,vel_z,x,y,z\n7,8,9,1,2,3\n7,8,9,4,5,6\n", path="cloud.csv")
         self.assertEqual(set(arrays), {"vel_x", "vel_y", "vel_z"})
@@ -272,10 +322,17 @@ class TestTextClouds(ToolCase):
             np.testing.assert_array_equal(arrays["RGB"], [[0, 0, 0], [10, 20, 30]], word)
             np.testing.assert_array_equal(arrays["t"], [np.nan, 7], word)
 
+    def test_tables_without_points(self):
+        for path, text in (("a.csv", "x,y,z,r,g,b\n"), ("a.xyz", "# x y z\n"), ("a.pts", "0\n"), ("a.txt", "\n\n")):
+            with self.assertRaisesRegex(UserProblem, "holds no points", msg=text):
+                self.read(text, path)
+
     def test_errors_name_the_line(self):
         for row in ("4,5,bad,7", "4,5"):
             with self.assertRaisesRegex(UserProblem, "line 4; complete or delete that line$", msg=row):
                 self.read(f"x,y,z,a\n1,2,3,7\n\n{row}\n")
+        with self.assertRaisesRegex(UserProblem, "there are too few columns, line 2; complete or delete"):
+            self.read("1 2 3 tree 7\n4 5 6\n")
 
     def test_tables_of_other_names(self):
         """Programs call them .dat, .pnt and the like."""

@@ -189,13 +189,18 @@ def _as_bytes(triple):
     return np.round(np.clip(triple * scale_to_bytes(triple.max(initial=0)), 0, 255)).astype(np.uint8)
 
 
+def channels_of(packed):
+    """-> [n, 3] bytes of whole numbers 0xRRGGBB; those that are missing are black"""
+    return (np.nan_to_num(packed).astype(np.int64)[:, None] >> np.array([16, 8, 0]) & 0xFF).astype(np.uint8)
+
+
 def _unpacked(packed):
-    """-> [n, 3] bytes of whole numbers 0xRRGGBB, perhaps with alpha before; None if they are none"""
+    """The same, perhaps with alpha before; None if they are none"""
     known = np.nan_to_num(packed, posinf=-1.0, neginf=-1.0)
     if len(known) == 0 or known.min() < 0 or not 0xFFFF < known.max() <= 0xFFFFFFFF \
             or (known != np.round(known)).any():
         return None
-    return (known.astype(np.int64)[:, None] >> np.array([16, 8, 0]) & 0xFF).astype(np.uint8)
+    return channels_of(known)
 
 
 def arrays_of_columns(table, columns):
