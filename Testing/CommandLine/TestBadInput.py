@@ -175,6 +175,14 @@ class TestBadInput(ToolCase):
             self.assertEqual(self.code, 0)
             (self.assertIn if says else self.assertNotIn)(says or "steps of", said)
 
+    def test_nan_that_signals(self):
+        """As in damaged files: numpy's warning about it says nothing to anyone."""
+        points = sphere(500)[0].astype("<f4")
+        points.view("<u4")[7] = 0x7FA00001
+        head = "ply\nformat binary_little_endian 1.0\nelement vertex 500\n"
+        head += "".join(f"property float {axis}\n" for axis in "xyz") + "end_header\n"
+        self.render(write("nan.ply", head.encode() + points.tobytes()), *SMALL, "-o", "out.png")
+
     def test_misspelled_options(self):
         for words, hint in ((("render", "x.ply", "-o", "x.png", "--veiw", "left"), "--view"),
                             (("film", "x.ply", "-o", "x", "--frams=3"), "--frames"),
