@@ -62,12 +62,34 @@ class TestTextClouds(ToolCase):
         with self.assertRaisesRegex(UserProblem, "begins with 'P1,1,2,3'; where words come before x y z, name all"):
             self.read("P1,1,2,3\nP2,4,5,6\n", "a.csv")
 
+    def test_words_in_quotes(self):
+        """What separates columns may be in them."""
+        for text in ('name,x,y,z\n"house",1,2,3\n"tree, big",4,5,6\n',
+                     'x;y;z;"kind"\n1;2;3;"a;b tree"\n4;5;6;"tree"\n'):
+            self.assertEqual(self.check_points(text, path="a.csv"), {}, text)
+
+    def test_cells_between_tabs(self):
+        """May be empty, or hold words with blanks."""
+        for text in ("x\ty\tz\tt\n1\t2\t3\t\n4\t5\t6\t7\n",
+                     "x\tkind\ty\tz\tt\n1\t\t2\t3\t\n4\ta tree\t5\t6\t7\n"):
+            arrays = self.check_points(text, path="a.txt")
+            np.testing.assert_array_equal(arrays["t"], [np.nan, 7], text)
+        self.check_points("1\t2\t3\ta house\n4\t5\t6\ttree\n")
+        self.check_points("1\t 2\t3\n4 5\t6\n")
+
+    def test_number_of_points_and_columns(self):
+        """In the first line, which is no point"""
+        arrays = self.check_points("2 6\n1 2 3 10 20 30\n4 5 6 40 50 60\n")
+        np.testing.assert_array_equal(arrays["RGB"], [[10, 20, 30], [40, 50, 60]])
+
     def test_colors_in_hexadecimal(self):
         expected = [[255, 128, 1], [0, 2, 0]]
         for text in ("x,y,z,color\n1,2,3,#ff8001\n4,5,6,#000200\n",
                      "1 2 3 #FF8001\n4 5 6 #000200 # the last\n",
-                     'x;y;colour;"z"\n1,0;2;"#ff8001";3\n4;5;"#000200";6,0\n', "1\t2\t3\t0xff8001\n4\t5\t6\t0x000200\n",
-                     "name,x,y,z,color\na,1,2,3,#ff8001\nb,4,5,6,#000200\n", "x,y,z,c,w\n1,2,3,#ff8001,a\n4,5,6,#000200,?\n"):
+                     'x;y;colour;"z"\n1,0;2;"#ff8001";3\n4;5;"#000200";6,0\n',
+                     "1\t2\t3\t0xff8001\n4\t5\t6\t0x000200\n",
+                     "name,x,y,z,color\na,1,2,3,#ff8001\nb,4,5,6,#000200\n",
+                     "x,y,z,c,w\n1,2,3,#ff8001,a\n4,5,6,#000200,?\n"):
             arrays = self.check_points(text, path="a.csv")
             self.assertEqual(set(arrays), {"RGB"}, text)
             np.testing.assert_array_equal(arrays["RGB"], expected, text)
@@ -343,7 +365,7 @@ class TestTextClouds(ToolCase):
             self.assertIn("2000 points", printed)
             self.assertIn("RGB", printed)
         for path, content in (("list.dat", "1 2\n3 4\n"), ("words.dat", "a b c\n"),
-                              ("bytes.dat", b"1 2 3\n\0\0")):
+                              ("bundle.dat", "# Bundle file v0.3\n2 2\n800 0 0\n1 0 0\n"), ("bytes.dat", b"1 2 3\n\0\0")):
             self.refuse("info", write(path, content), says="unknown extension '.dat'")
 
     def test_errors_show_what_is_there(self):

@@ -10,6 +10,7 @@ GROUPED = {".": re.compile(r"[+-]?\d{1,3}(\.\d{3})+,\d+"), ",": re.compile(r"[+-
 # Other marks of thousands: apostrophes, and blanks
 APART = ("'", "\u2019", "\u00a0", "\u202f", " ")
 QUOTED = re.compile(r'"([^"]*)"')
+WORD = re.compile(r"[^\W\d_]{2}")
 FEW = 100  # lines that show how the numbers of a file are written
 COLOR = re.compile(r"(?<=[\s,;|\"'])(?:#|0x)([0-9a-fA-F]{6})(?!\w)")  # behind a place: a line of its own is a comment
 # Words for numbers, and what Python reads instead: colours, exponents of Fortran, the minus of .NET in the North of
@@ -26,8 +27,10 @@ def _joined(text, mark):
 
 
 def _in_quotes(match):
-    """A quoted number, whose commas separate no columns, as Python writes it; else what is quoted."""
+    """A quoted number or text, whose commas separate no columns, as Python writes it; else what is quoted."""
     text = match[1].strip()
+    if WORD.search(text):
+        return re.sub(r"[,;|\t]", " ", text)
     for mark in APART:
         joined = _joined(text, mark)
         text = joined if DECIMAL_COMMA.fullmatch(joined) else text

@@ -55,19 +55,21 @@ def _is_missing(cell):
     return cell.strip(" \t\"'").lower() in MISSING
 
 
-def _is_row(line):
+def _is_row(line, least):
     words = _words(line)
-    return len(words) > 1 and all(map(_is_number, words[:3]))
+    return len(words) >= least and all(map(_is_number, words[:3]))
 
 
-def _first_row(lines, with_comments):
+def _first_row(lines, with_comments, numbers=(3, 2)):
     """The number of the line with the first point, or None. A point may begin with words, such as its
-    name, where the line above names the columns, perhaps as a comment."""
-    for number, (line, above) in enumerate(zip(lines, ["", *with_comments])):
-        names = _words(above.lstrip(BEGINS_OF_COMMENTS + " "))
-        is_named = sum(map(_is_number, _words(line))) >= 3 and has_places(names)
-        if is_named or _is_row(line):
-            return number
+    name, where the line above names the columns, perhaps as a comment.
+    numbers: how many it has at least, and at least if no line has as many: two count points and columns"""
+    for least in numbers:
+        for number, (line, above) in enumerate(zip(lines, ["", *with_comments])):
+            names = _words(above.lstrip(BEGINS_OF_COMMENTS + " "))
+            is_named = sum(map(_is_number, _words(line))) >= 3 and has_places(names)
+            if is_named or _is_row(line, least):
+                return number
     return None
 
 
@@ -97,6 +99,12 @@ def _delimiter(row):
         if "," in row and len(cells) > 2 and all(map(DECIMAL_COMMA.fullmatch, cells)):
             return delimiter, True
     return ("," if "," in row else None), False
+
+
+def _are_between_tabs(rows):
+    """Whether tabs separate as many cells in all rows, and blanks do not: of empty cells, or words with blanks"""
+    counts = [{len(_split(row, delimiter)) for row in rows} for delimiter in ("\t", None)]
+    return len(counts[0]) == 1 < len(counts[1]) and counts[0] != {1}
 
 
 def _find_names(lines, delimiter, count):
@@ -169,7 +177,7 @@ def is_table(path):
     with _open(path, _find_encoding(path)) as file:
         whole = list(itertools.islice(file, TOP))
     top, _ = _plain(whole)
-    first = _first_row(top, whole)
+    first = _first_row(top, whole, (2,))
     return first is not None and len(_words(top[first])) >= 3
 
 
@@ -206,12 +214,14 @@ def _find_layout(path):
     first = _first_row(plain, head)
     if first is None:
         raise _no_point(path, plain)
-    row = plain[first]
-    delimiter, marks.has_decimal_comma = _delimiter(row)
-    words = _split(marks.read(row), delimiter)
+    delimiter, marks.has_decimal_comma = _delimiter(plain[first])
+    lines = [marks.read(line) for line, whole in zip(plain[first:], head[first:])
+             if line is plain[first] or (line.strip(BLANK) and not _is_head(whole, head[:first]))]
+    if delimiter is None and _are_between_tabs(lines):
+        delimiter = "\t"
+    rows = [_split(line, delimiter) for line in lines]
+    words = rows[0]
     names = _find_names(head[:first], delimiter, len(words))
-    rows = [_split(marks.read(line), delimiter) for line, whole in zip(plain[first:], head[first:])
-            if line.strip(BLANK) and not _is_head(whole, head[:first])]
     if names is None and delimiter == ",":
         _check_commas(path, head[:first], rows)
     used = _columns_of_numbers([row for row in rows if len(row) == len(words)])
