@@ -441,6 +441,13 @@ class TestTextClouds(ToolCase):
             if "Normals" in arrays:
                 np.testing.assert_allclose(arrays["Normals"], normals, atol=1e-6)
 
+    def test_times_in_front(self):
+        """Are taken for places, as places may be sorted, and a line tells it."""
+        for first, is_said in ((3e8 + np.arange(20) * 1e-3, True), (np.arange(20) // 2, False)):
+            np.savetxt("a.txt", np.column_stack([first, sphere(20)[0]]), fmt="%.9f")
+            _, columns = read_text_cloud("a.txt")
+            self.assertEqual((columns.unsure, "as times do" in str(columns)), (is_said, is_said))
+
     def test_numbers_of_points_are_no_places(self):
         """With names that say nothing, and without names"""
         places = [[x, 5, 7] for x in range(12)]

@@ -43,6 +43,11 @@ def _begins_with_numbers(table):
     return table.shape[1] > 3 and _are_numbers_of_points(table[:, 0])
 
 
+def _may_begin_with_times(table):
+    """Whether the first column only increases, as times do; so do places that were sorted"""
+    return table.shape[1] > 3 and len(table) >= ENOUGH_TO_COUNT and bool((np.diff(table[:, 0]) > 0).all())
+
+
 def by_names(names, table):
     """-> Columns"""
     all_known = meanings_of(names)
@@ -182,6 +187,8 @@ def by_values(path, table):
     places = table[:, first:first + 3]
     if _are_like_degrees(places[np.isfinite(places).all(axis=1)]):
         source, unsure = source + ", although x and y look like latitudes and longitudes in degrees", True
+    if not numbers and _may_begin_with_times(table):
+        source, unsure = source + ", although x only increases, as times do", True
     return Columns([*numbers, *XYZ, *rest], source, unsure)
 
 
