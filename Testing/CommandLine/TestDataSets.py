@@ -319,9 +319,13 @@ class TestMeshes(ToolCase):
             damaged = {**content, change[0]: change[1]}
             with self.assertRaisesRegex(UserProblem, says):
                 read_gltf_cloud(write("a.gltf", json.dumps(damaged)))
-        content["meshes"][0]["primitives"][0]["extensions"] = {"KHR_draco_mesh_compression": {}}
-        with self.assertRaisesRegex(UserProblem, "KHR_draco_mesh_compression"):
-            read_gltf_cloud(write("a.gltf", json.dumps(content)))
+        for part, name in ((content["bufferViews"][0], "EXT_meshopt_compression"),
+                           (content["meshes"][0]["primitives"][0], "KHR_draco_mesh_compression")):
+            part["extensions"] = {name: {}}
+            with self.assertRaisesRegex(UserProblem, f"{name}; store it without compression"):
+                read_gltf_cloud(write("a.gltf", json.dumps(content)))
+        with self.assertRaisesRegex(UserProblem, "begins with b'<!DOCTYPE html>' and is no JSON.* was all of it downl"):
+            read_gltf_cloud(write("a.glb", "<!DOCTYPE html>"))
 
     def test_picture(self):
         points, colors = sphere()

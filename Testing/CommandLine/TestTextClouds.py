@@ -365,7 +365,8 @@ class TestTextClouds(ToolCase):
             self.assertIn("2000 points", printed)
             self.assertIn("RGB", printed)
         for path, content in (("list.dat", "1 2\n3 4\n"), ("words.dat", "a b c\n"),
-                              ("bundle.dat", "# Bundle file v0.3\n2 2\n800 0 0\n1 0 0\n"), ("bytes.dat", b"1 2 3\n\0\0")):
+                              ("bundle.dat", "# Bundle file v0.3\n2 2\n800 0 0\n1 0 0\n"),
+                              ("bytes.dat", b"1 2 3\n\0\0")):
             self.refuse("info", write(path, content), says="unknown extension '.dat'")
 
     def test_errors_show_what_is_there(self):
