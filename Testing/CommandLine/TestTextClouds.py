@@ -224,6 +224,11 @@ class TestTextClouds(ToolCase):
         np.testing.assert_array_equal(arrays["time"], [1e9, 1000000000.001])
         self.check_points("# made by me\n1 2 3\n4 5 6\n")
 
+    def test_names_that_come_twice(self):
+        arrays = self.check_points("x,y,z,x,Dist,Dist\n1,2,3,7,8,9\n4,5,6,7,8,9\n", path="a.csv")
+        self.assertEqual({name: values[0] for name, values in arrays.items()},
+                         {"x (column 4)": 7, "Dist": 8, "Dist (column 6)": 9})
+
     def test_names_of_one_stem(self):
         """As drivers, engines and spreadsheets write them"""
         places, rest = "1,2,3", "10,20,30,0,0,1"

@@ -230,6 +230,8 @@ def arrays_of_columns(table, columns):
         arrays["Normals"] = np.nan_to_num(triple(NORMALS), posinf=0.0, neginf=0.0)
         used.update(NORMALS)
     for number, name in enumerate(columns.meanings):
-        if name not in used and name not in arrays:
+        if columns.meanings.index(name) < number:  # a second one of this name
+            arrays[f"{name} (column {number + 1})"] = table[:, number]
+        elif name not in used and name not in arrays:
             arrays[name] = table[:, number]
     return triple(XYZ), arrays
