@@ -411,8 +411,10 @@ class TestTextClouds(ToolCase):
         for count in (8, 10):
             row = " ".join(map(str, range(1, count + 1)))
             self.assertEqual(len(self.check_points(f"{row}\n{row}\n", [[1, 2, 3]] * 2)), count - 3)
-        with self.assertRaises(UserProblem):
-            self.read("1 2\n")
+        for text, says in (("1 2\n", "has 2 columns of numbers; a point"), ("1,2\n", "2 columns .* between ','"),
+                           ("1 2 3 ;\n", "0 columns of numbers between ';'")):
+            with self.assertRaisesRegex(UserProblem, says):
+                self.read(text)
 
     def test_colors_beside_columns_of_few_values(self):
         """Alpha or a class before or behind them: these have few values, channels have many."""

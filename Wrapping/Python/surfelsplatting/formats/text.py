@@ -281,7 +281,8 @@ def read_text_cloud(path):
         raise no_points(path)
     lines, count = table.shape
     if count < 3:
-        raise UserProblem(f"{path} has {count} column{'s' * (count > 1)} of numbers; a point has at least x y z")
+        mark = f" between {layout.delimiter!r}" if layout.delimiter else ""
+        raise UserProblem(f"{path} has {count} column{'s' * (count != 1)} of numbers{mark}; a point has at least x y z")
     if count > max(lines, MOST_COLUMNS):
         raise UserProblem(f"{path} has {lines} lines of {count} numbers; each point needs a line of its "
                           "own, so write the table with its rows as columns")
