@@ -113,12 +113,12 @@ def _seven(values):
     for fits in (_are_bytes, _are_colors):
         middle, behind = fits(values[:, :3]), fits(values[:, 1:])
         if middle and behind:
-            start, *_, end = _numbers_of_values(values)
-            if FEW_VALUES * min(start, end) <= max(start, end):  # alpha, or a class
-                return ((*RGB, "column 7") if end < start else ("column 4", *RGB)), True
             are_whole = (values == np.round(values)).all(axis=0)
             if are_whole[1:3].all() and are_whole[0] != are_whole[3]:  # a fraction is no part of bytes
                 return (last if are_whole[0] else first), False
+            start, *_, end = _numbers_of_values(values)
+            if FEW_VALUES * min(start, end) <= max(start, end):  # alpha, or a class
+                return ((*RGB, "column 7") if end < start else ("column 4", *RGB)), True
             return (last if _intensity_is_last(values) else first), True
         if middle or behind:
             return (last if middle else first), False
