@@ -96,8 +96,10 @@ class TestTextClouds(ToolCase):
         arrays = self.check_points("x,y,z,color,t\n1,2,3,,7\n4,5,6,#ff8001,8\n", path="a.csv")
         np.testing.assert_array_equal(arrays["RGB"], [[0, 0, 0], [255, 128, 1]])
         np.testing.assert_array_equal(arrays["t"], [7, 8])
-        arrays = self.check_points("1 2 3 9 #ff8001\n4 5 6 2000 #000200\n")
-        np.testing.assert_array_equal(arrays["intensity"], [9, 2000])
+        for text in ("1 2 3 9 #ff8001\n4 5 6 2000 #000200\n", "#ff8001,1,2,3,9\n#000200,4,5,6,2000\n"):
+            arrays = self.check_points(text)
+            np.testing.assert_array_equal(arrays["intensity"], [9, 2000])
+            np.testing.assert_array_equal(arrays["RGB"], expected)
         for text in ("#facade\n1 2 3\n4 5 6\n", "x y z kind\n1 2 3 red\n4 5 6 #ff8001\n"):  # no colours
             self.assertEqual(self.check_points(text), {}, text)
 
@@ -427,6 +429,18 @@ class TestTextClouds(ToolCase):
                 cloud, columns = read_text_cloud("cloud.xyz")
                 np.testing.assert_array_equal(arrays_of(cloud)["RGB"], colors)
                 self.assertTrue(columns.unsure)
+
+    def test_colors_beside_a_fraction(self):
+        """Of which many values differ, as of an intensity in the cloud of a scanner"""
+        random = np.random.default_rng(1)
+        points, fractions = random.normal(size=(2000, 3)), random.random(2000).round(4)[:, None]
+        colors = random.integers(0, 180, (2000, 1)) + random.integers(0, 70, (2000, 3))
+        for order in ([fractions, colors], [colors, fractions]):
+            np.savetxt("cloud.xyz", np.column_stack([points, *order]), fmt="%.6g")
+            cloud, columns = read_text_cloud("cloud.xyz")
+            np.testing.assert_array_equal(arrays_of(cloud)["RGB"], colors)
+            np.testing.assert_allclose(arrays_of(cloud)["intensity"], fractions[:, 0], atol=1e-6)
+            self.assertFalse(columns.unsure)
 
     def test_colors_and_normals_among_many_columns(self):
         """As data sets for learning have them, with classes and times behind"""

@@ -12,7 +12,8 @@ APART = ("'", "\u2019", "\u00a0", "\u202f", " ")
 QUOTED = re.compile(r'"([^"]*)"')
 WORD = re.compile(r"[^\W\d_]{2}")
 FEW = 100  # lines that show how the numbers of a file are written
-COLOR = re.compile(r"(?<=[\s,;|\"'])(?:#|0x)([0-9a-fA-F]{6})(?!\w)")  # behind a place: a line of its own is a comment
+# A colour; a line that begins with one and has no other columns is a comment.
+COLOR = re.compile(r"(?:(?<=[\s,;|\"'])|^(?=\S+[,;|\t]))(?:#|0x)([0-9a-fA-F]{6})(?!\w)")
 # Words for numbers, and what Python reads instead: colours, exponents of Fortran, the minus of .NET in the North of
 # Europe, and what Windows writes for a number that is none.
 ODD = ((COLOR, lambda match: str(int(match[1], 16))),

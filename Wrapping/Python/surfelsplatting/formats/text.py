@@ -289,10 +289,15 @@ def read_text_cloud(path):
     names = layout.names
     if names and layout.used:
         names = [names[number] for number in layout.used]
+    known = ()
     if layout.color is not None:
-        at = layout.used.index(layout.color) if layout.used else layout.color
-        names = names and [*names[:at], *RGB, *names[at + 1:]]
-        table = np.hstack([table[:, :at], channels_of(table[:, at]), table[:, at + 1:]])
-    columns = by_names(names, table) if names else by_values(path, table)
+        at, known = layout.used.index(layout.color) if layout.used else layout.color, RGB
+        names = names and names[:at] + names[at + 1:]
+        table = np.hstack([np.delete(table, at, 1), channels_of(table[:, at])])
+    if names:
+        columns = by_names([*names, *known], table)
+    else:
+        columns = by_values(path, table[:, :table.shape[1] - len(known)])
+        columns.meanings += known
     make = cloud_of_degrees if columns.are_degrees else polydata_of
     return make(*arrays_of_columns(table, columns)), columns
