@@ -441,6 +441,11 @@ class TestTextClouds(ToolCase):
             np.testing.assert_array_equal(arrays_of(cloud)["RGB"], colors)
             np.testing.assert_allclose(arrays_of(cloud)["intensity"], fractions[:, 0], atol=1e-6)
             self.assertFalse(columns.unsure)
+        for order in ([fractions, colors / 255], [colors / 255, fractions]):  # colours are fractions, too
+            np.savetxt("cloud.xyz", np.column_stack([points, *order]), fmt="%.9g")
+            cloud, columns = read_text_cloud("cloud.xyz")
+            np.testing.assert_array_equal(arrays_of(cloud)["RGB"], colors)
+            self.assertTrue(columns.unsure)
 
     def test_colors_and_normals_among_many_columns(self):
         """As data sets for learning have them, with classes and times behind"""

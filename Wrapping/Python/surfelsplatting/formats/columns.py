@@ -11,7 +11,7 @@ from .columnnames import NORMALS, PACKED_RGB, RGB, XYZ, meanings_in_degrees, mea
 
 ENOUGH_TO_COUNT = 10  # points whose numbers are no places by chance
 MOST_SAMPLES = 20_000  # points whose values stand for all
-FEW_VALUES = 4  # as many times fewer than a channel of a colour has alpha, a class or a return
+FEW_VALUES = 4  # as many times fewer than a channel of a colour has alpha, a class or a return, or more an intensity
 MANY_VALUES = 32  # of a channel of a colour, where nothing but its values tells that it is one
 MOST_NAMED = 30  # columns in a message
 THIN = 1000  # times as high as wide and long: nothing that is scanned in metres
@@ -103,6 +103,18 @@ def _numbers_of_values(values):
     return [len(np.unique(column)) for column in some.T]
 
 
+def _of_other_count(values):
+    """-> (0 or 3, meaning) of the first or last of four columns, if it has many fewer values than the middle ones,
+    as alpha or a class, or many more, as an intensity; or None"""
+    start, *middle, end = _numbers_of_values(values)
+    mean = sum(middle) / 2
+    ratio, number = max((max(count / mean, mean / count), number) for number, count in ((0, start), (3, end)))
+    if ratio < FEW_VALUES:
+        return None
+    has_few = (end if number else start) < mean
+    return number, f"column {4 + number}" if has_few else "intensity"
+
+
 def _seven(values):
     """-> meanings of x y z and four more, whether they are unsure."""
     if _are_normals(values[:, 1:]):
@@ -116,9 +128,9 @@ def _seven(values):
             are_whole = (values == np.round(values)).all(axis=0)
             if are_whole[1:3].all() and are_whole[0] != are_whole[3]:  # a fraction is no part of bytes
                 return (last if are_whole[0] else first), False
-            start, *_, end = _numbers_of_values(values)
-            if FEW_VALUES * min(start, end) <= max(start, end):  # alpha, or a class
-                return ((*RGB, "column 7") if end < start else ("column 4", *RGB)), True
+            odd = _of_other_count(values)
+            if odd:
+                return ((*RGB, odd[1]) if odd[0] == 3 else (odd[1], *RGB)), True
             return (last if _intensity_is_last(values) else first), True
         if middle or behind:
             return (last if middle else first), False
