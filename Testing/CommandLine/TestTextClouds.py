@@ -430,6 +430,14 @@ class TestTextClouds(ToolCase):
                 np.testing.assert_array_equal(arrays_of(cloud)["RGB"], colors)
                 self.assertTrue(columns.unsure)
 
+    def test_colors_that_may_be_others(self):
+        """Intensity, return and class look like colours, and a line tells how they were taken."""
+        random = np.random.default_rng(1)
+        points, colors = random.normal(size=(300, 3)), random.integers(0, 255, (300, 3))
+        for odd, is_unsure in ((colors[:, 1:], False), (colors[:, 1:] // 64, True)):
+            np.savetxt("cloud.xyz", np.column_stack([points, colors[:, 0], odd]), fmt="%.6g")
+            self.assertEqual(read_text_cloud("cloud.xyz")[1].unsure, is_unsure)
+
     def test_colors_beside_a_fraction(self):
         """Of which many values differ, as of an intensity in the cloud of a scanner"""
         random = np.random.default_rng(1)

@@ -103,6 +103,12 @@ def _numbers_of_values(values):
     return [len(np.unique(column)) for column in some.T]
 
 
+def _differ_in_counts(values):
+    """Whether a column has many more values than another, as an intensity beside returns and classes"""
+    counts = _numbers_of_values(values)
+    return len(values) > 0 and FEW_VALUES * min(counts) <= max(counts)
+
+
 def _of_other_count(values):
     """-> (0 or 3, meaning) of the first or last of four columns, if it has many fewer values than the middle ones,
     as alpha or a class, or many more, as an intensity; or None"""
@@ -188,7 +194,7 @@ def by_values(path, table):
         rest = ("intensity",)[:count - 3]
     elif count == 6:
         rest = RGB if _are_colors(values) else NORMALS
-        unsure = rest is NORMALS and not _are_normals(values)
+        unsure = _differ_in_counts(values) if rest is RGB else not _are_normals(values)
     elif count in (7, 9):
         rest, unsure = _seven(values) if count == 7 else _nine(values)
     else:
