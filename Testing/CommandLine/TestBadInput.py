@@ -175,6 +175,60 @@ class TestBadInput(ToolCase):
             self.assertEqual(self.code, 0)
             (self.assertIn if says else self.assertNotIn)(says or "steps of", said)
 
+    def check_mended(self, path, content, *says):
+        """The message names a command, after which the file has the points of ok.ply."""
+        write(path, content)
+        said = self.tool("info", path)
+        for text in says:
+            self.assertIn(text, said)
+        subprocess.run(said.partition("mend it by ")[2], shell=True, check=True)
+        self.assertEqual(self.report("mended-" + path)["bounds"], self.report("ok.ply")["bounds"])
+        os.remove("mended-" + path)
+
+    def test_headers_that_editors_have_changed(self):
+        points, colors = sphere(500)
+        write_ply("text.ply", points, colors, form="ascii")
+        for name in ("ok.ply", "text.ply"):
+            content = content_of(name)
+            head, end, numbers = content.partition(b"end_header\n")
+            for mixed in (head.replace(b"\n", b"\r\n", 2), head.replace(b"\n", b"\r\r\n")):
+                self.check_mended("a b.ply", mixed + end + numbers, "of its header ends in LF, and line 1 in CR LF")
+            self.check_mended("a.ply", b"\xef\xbb\xbf" + content, "a.ply begins with a mark of Unicode")
+            for line_end in (b"\n", b"\r\n", b"\r\r\n"):
+                write("a.ply", (head + end).replace(b"\n", line_end) + numbers)
+                self.assertEqual(self.report("a.ply")["bounds"], self.report("ok.ply")["bounds"])
+        self.check_mended("a.ply", content.replace(b"\n", b"\r"), "end in CR alone, as on old Macs")
+        self.check_mended("a.ply", content.decode().encode("utf-16"), "a mark of Unicode")
+        self.check_mended("a.pcd", b"\xef\xbb\xbf" + content, "a mark of Unicode")
+        write("a.ply", content_of("ok.ply").replace(b"\n", b"\r"))
+        self.refuse_cloud("a.ply", "end in CR alone", "save it with LF")
+
+    def test_numbers_that_were_written_as_text(self):
+        """As by programs for Windows that forget to open a file as binary"""
+        content = content_of("ok.ply").replace(b"\n", b"\r\n")
+        self.refuse_cloud(write("a.ply", content), "became CR LF; write or copy it in binary mode")
+        head = ("VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH 500\nHEIGHT 1\nPOINTS 500\n"
+                "DATA binary\n").encode()
+        numbers = sphere(500)[0].astype("<f4").tobytes()
+        self.assertGreater(numbers.count(b"\n"), 8)
+        self.refuse_cloud(write("a.pcd", (head + numbers).replace(b"\n", b"\r\n")), "in binary mode")
+        self.render(write("b.pcd", head.replace(b"\n", b"\r\n") + numbers), *SMALL, "-o", "b.png")
+
+    def test_properties_that_ply_has_not(self):
+        for old, new, says in ((b"float x", b"int64 x", "says 'property int64 x', but .ply has no type 'int64'"),
+                               (b"float x", b"list uchar long x", "no type 'long'"),
+                               (b"uchar red", b"uchar x", "two properties of an element are called 'x'")):
+            self.refuse_cloud(write("a.ply", content_of("ok.ply").replace(old, new)), says)
+        self.render(write("a.ply", content_of("ok.ply").replace(b"uchar red", b"uchar a red")), *SMALL, "-o", "a.png")
+
+    def test_nan_that_signals(self):
+        """As in damaged files: numpy's warning about it says nothing to anyone."""
+        points = sphere(500)[0].astype("<f4")
+        points.view("<u4")[7] = 0x7FA00001
+        head = "ply\nformat binary_little_endian 1.0\nelement vertex 500\n"
+        head += "".join(f"property float {axis}\n" for axis in "xyz") + "end_header\n"
+        self.render(write("nan.ply", head.encode() + points.tobytes()), *SMALL, "-o", "out.png")
+
     def test_misspelled_options(self):
         for words, hint in ((("render", "x.ply", "-o", "x.png", "--veiw", "left"), "--view"),
                             (("film", "x.ply", "-o", "x", "--frams=3"), "--frames"),

@@ -138,6 +138,14 @@ format="ascii">""" + "0 0 0 0 9 0 0 0 0 " * 3 + "</DataArray></PointData></Piece
         with self.assertRaisesRegex(UserProblem, "damaged|not a readable"):
             self.read("a.vtk", legacy("DATASET POLYDATA\nPOINTS 4000000000000 double\n1 2 3\n"))
 
+    def test_legacy_that_is_cut_short(self):
+        """VTK only warns, and leaves zeros for what is missing."""
+        for kind, points in (("ASCII", text_of(POINTS).encode()), ("BINARY", POINTS.astype(">f8").tobytes())):
+            head = f"# vtk DataFile Version 3.0\nby hand\n{kind}\nDATASET POLYDATA\nPOINTS 4 double\n".encode()
+            with self.assertRaisesRegex(UserProblem, "a.vtk is not a readable .vtk file: Error reading"):
+                self.read("a.vtk", head + points[:-30])
+            self.messages.errors.clear()
+
     def test_message_that_is_no_text(self):
         words = legacy(f"DATASET POLYDATA\nPOINTS 4 double\n{text_of(POINTS)}\n").encode()
         write("a.vtk", words.replace(b"SCALARS intensity", b"\xff\xfe\xfa intensity"))
@@ -180,9 +188,28 @@ class TestMeshes(ToolCase):
         write("a.obj", lines.replace("v ", "v\t").replace("\n", "\r\n"))
         np.testing.assert_array_equal(places_of(read_obj_cloud("a.obj")), POINTS)
         for content, says in (("f 1 2 3\n", "no vertices"), ("v 1 2\n", "2 values"),
-                              ("v 1 2 x\n", "not numbers"), ("v 1 2 3\nv 1 2\n", "not numbers")):
+                              ("v 1 2 x\n", "not numbers"), ("v 1 2 3\nv 1 2\n", "not numbers: .* from 3 to 2")):
             with self.assertRaisesRegex(UserProblem, says):
                 read_obj_cloud(write("bad.obj", content))
+
+    def test_obj_of_several_meshes(self):
+        """Of which some have colours: these are not those of all."""
+        write("a.obj", "o a\nv 1 2 3\nv 4 5 6\no b\nv 7 8 9 1 0 0\n")
+        cloud = read_obj_cloud("a.obj")
+        np.testing.assert_array_equal(places_of(cloud), [[1, 2, 3], [4, 5, 6], [7, 8, 9]])
+        self.assertEqual(arrays_of(cloud), {})
+
+    def test_marks_of_utf8(self):
+        """Before the first line; it is a vertex, or the word that names the format."""
+        lines = "v 1 2 3\nv 4 5 6\nv 7 8 10\nf 1 2 3\n"
+        cells = "facet normal 0 0 1\nouter loop\nvertex 1 2 3\nvertex 4 5 6\nvertex 7 8 10\nendloop\nendfacet\n"
+        for path, read, text in (("a.obj", read_obj_cloud, lines),
+                                 ("a.off", read_off_cloud, "OFF\n3 1 0\n1 2 3\n4 5 6\n7 8 10\n3 0 1 2\n"),
+                                 ("a.stl", read_stl_cloud, f"solid a\n{cells}endsolid a\n"),
+                                 ("b.stl", read_stl_cloud, f"solid a\n{cells}endsolid a\n".upper())):
+            cloud = read(write(path, "\ufeff" + text))
+            np.testing.assert_array_equal(places_of(cloud), [[1, 2, 3], [4, 5, 6], [7, 8, 10]], path)
+            self.assertEqual(vtk_to_numpy(cloud.GetPolys().GetConnectivityArray()).tolist(), [0, 1, 2], path)
 
     def test_stl_text(self):
         facets = "".join("facet normal 0 0 1\nouter loop\n"
@@ -192,6 +219,8 @@ class TestMeshes(ToolCase):
         np.testing.assert_array_equal(places_of(cloud), np.unique(POINTS, axis=0))
         with self.assertRaisesRegex(UserProblem, "no vertices"):
             read_stl_cloud(write("a.stl", "solid a\nendsolid a\n"))
+        with self.assertRaisesRegex(UserProblem, "not a whole .stl file: its last triangle has 2 of 3 vertices"):
+            read_stl_cloud(write("a.stl", "solid a\n" + facets[:facets.rindex("vertex")]))
 
     def test_stl_binary(self):
         corners = (POINTS - UTM)[[[0, 1, 2], [1, 2, 3]]]
@@ -290,9 +319,13 @@ class TestMeshes(ToolCase):
             damaged = {**content, change[0]: change[1]}
             with self.assertRaisesRegex(UserProblem, says):
                 read_gltf_cloud(write("a.gltf", json.dumps(damaged)))
-        content["meshes"][0]["primitives"][0]["extensions"] = {"KHR_draco_mesh_compression": {}}
-        with self.assertRaisesRegex(UserProblem, "KHR_draco_mesh_compression"):
-            read_gltf_cloud(write("a.gltf", json.dumps(content)))
+        for part, name in ((content["bufferViews"][0], "EXT_meshopt_compression"),
+                           (content["meshes"][0]["primitives"][0], "KHR_draco_mesh_compression")):
+            part["extensions"] = {name: {}}
+            with self.assertRaisesRegex(UserProblem, f"{name}; store it without compression"):
+                read_gltf_cloud(write("a.gltf", json.dumps(content)))
+        with self.assertRaisesRegex(UserProblem, "begins with b'<!DOCTYPE html>' and is no JSON.* was all of it downl"):
+            read_gltf_cloud(write("a.glb", "<!DOCTYPE html>"))
 
     def test_picture(self):
         points, colors = sphere()

@@ -79,14 +79,18 @@ class TestFormats(ToolCase):
         """Of rows, of pictures of points, and of records with names; what is no table of points is refused."""
         points, colors = sphere(600)
         records = np.rec.fromarrays([*points.T, *colors.T, np.arange(600)], names="X,Y,Z,R,G,B,ring")
+        nested = np.empty(600, [("position", "f8", 3), ("rgb", "u1", 3), ("ring", "i4")])
+        nested["position"], nested["rgb"], nested["ring"] = points, colors, records.ring
         for array, fields in ((points.astype(np.float32), []), (points.reshape(20, 30, 3), []),
-                              (np.column_stack([points, colors]), ["RGB"]), (records, ["RGB", "ring"])):
+                              (np.column_stack([points, colors]), ["RGB"]), (nested, ["RGB", "ring"]),
+                              (nested.reshape(20, 30), ["RGB", "ring"]), (records, ["RGB", "ring"])):
             np.save("cloud.npy", array)
             cloud = read_npy_cloud("cloud.npy")[0]
             np.testing.assert_allclose(places_of(cloud), points, atol=1e-7)
             self.assertEqual(list(arrays_of(cloud)), fields)
         for array, says in ((points.T, "save its transpose"), (points[:, 0], "shape is"), (points[:, :2], "shape is"),
-                            (points + 0j, "complex128"), (np.array([{}]), "no real numbers|pickle")):
+                            (points + 0j, "complex128"), (records[["X", "Y"]], "fields X, Y; a point has at least"),
+                            (np.array([{}]), "no real numbers|pickle")):
             np.save("bad.npy", array)
             with self.assertRaisesRegex(UserProblem, f"bad.npy is not a .npy file of points: .*{says}"):
                 read_npy_cloud("bad.npy")

@@ -114,6 +114,12 @@ class TestLas(ToolCase):
             write(path, part)
             with self.assertRaisesRegex(UserProblem, f"{path} is not a readable"):
                 read_las_cloud(path)
+        with laspy.open("scan.las") as file:
+            begin, size = file.header.offset_to_point_data, file.header.point_format.size
+        for end in (begin + 50 * size, begin + 51 * size - 1):  # between two points, and within one
+            write("cut.las", content[:end])
+            with self.assertRaisesRegex(UserProblem, "says 200 points, and it holds 50; was all of it copied?"):
+                read_las_cloud("cut.las")
 
 
 class TestE57(ToolCase):
@@ -170,6 +176,9 @@ class TestE57(ToolCase):
         write("scan.e57", b"ASTM-E57" + bytes(500))
         with self.assertRaisesRegex(UserProblem, "scan.e57 is not a readable"):
             read_e57_cloud("scan.e57")
+        self.write((sphere(200)[0], None))
+        write("cut.e57", content_of("scan.e57")[:-1000])
+        self.refuse("info", "cut.e57", says="same as actual (ErrorBadFileLength); was all of it copied?")
 
 
 class TestWithoutPackages(ToolCase):

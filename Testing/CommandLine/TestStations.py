@@ -106,8 +106,8 @@ class TestStations(ToolCase):
         """One looks through the near side of the tunnel on its floor, by files of all kinds."""
         points, _, _, numbers, places, colors = self.scans["tunnel"]
         write_ptx("tunnel.ptx", points, colors, numbers, places)
-        cloud, viewpoint = read_ptx_cloud("tunnel.ptx")
-        self.assertIsNone(viewpoint)
+        cloud, viewpoint, missing = read_ptx_cloud("tunnel.ptx")
+        self.assertEqual((viewpoint, missing), (None, ""))
         write_data("tunnel.vtp", cloud)
         cloud.GetPointData().RemoveArray("ToScanner")
         write_data("without.vtp", cloud)

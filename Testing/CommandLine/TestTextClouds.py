@@ -46,6 +46,76 @@ class TestTextClouds(ToolCase):
             arrays = self.check_points(text, path="a.csv")
             np.testing.assert_array_equal(arrays["RGB"], [[0, 20, 30], [40, 50, 60]])
 
+    def test_comments_of_other_programs(self):
+        for mark in ("%", "! ", "//", "# "):
+            arrays = self.check_points(f"{mark}a file of three words\n{mark}x y z intensity\n1 2 3 7\n4 5 6 8\n")
+            np.testing.assert_array_equal(arrays["intensity"], [7, 8], mark)
+            self.assertFalse(self.columns.unsure)
+        self.check_points("! made by me\n1 2 3\n4 5 6\n")
+        self.assertFalse(self.columns.unsure)
+
+    def test_columns_of_words(self):
+        """Are left out, with names and without"""
+        for text in ("1,2,3,GRD\n4,5,6,\n", "1 2 3 tree\n4 5 6 house\n", ",1,2,3,a\n,4,5,6,b\n",
+                     "1;2;3;tree, old;\n4;5;6;a;\n"):
+            self.assertEqual(self.check_points(text, path="a.csv"), {}, text)
+        with self.assertRaisesRegex(UserProblem, "begins with 'P1,1,2,3'; where words come before x y z, name all"):
+            self.read("P1,1,2,3\nP2,4,5,6\n", "a.csv")
+
+    def test_words_in_quotes(self):
+        """What separates columns may be in them."""
+        for text in ('name,x,y,z\n"house",1,2,3\n"tree, big",4,5,6\n',
+                     'x;y;z;"kind"\n1;2;3;"a;b tree"\n4;5;6;"tree"\n'):
+            self.assertEqual(self.check_points(text, path="a.csv"), {}, text)
+
+    def test_cells_between_tabs(self):
+        """May be empty, or hold words with blanks."""
+        for text in ("x\ty\tz\tt\n1\t2\t3\t\n4\t5\t6\t7\n",
+                     "x\tkind\ty\tz\tt\n1\t\t2\t3\t\n4\ta tree\t5\t6\t7\n"):
+            arrays = self.check_points(text, path="a.txt")
+            np.testing.assert_array_equal(arrays["t"], [np.nan, 7], text)
+        self.check_points("1\t2\t3\ta house\n4\t5\t6\ttree\n")
+        self.check_points("1\t 2\t3\n4 5\t6\n")
+
+    def test_number_of_points_and_columns(self):
+        """In the first line, which is no point"""
+        arrays = self.check_points("2 6\n1 2 3 10 20 30\n4 5 6 40 50 60\n")
+        np.testing.assert_array_equal(arrays["RGB"], [[10, 20, 30], [40, 50, 60]])
+
+    def test_colors_in_hexadecimal(self):
+        expected = [[255, 128, 1], [0, 2, 0]]
+        for text in ("x,y,z,color\n1,2,3,#ff8001\n4,5,6,#000200\n",
+                     "1 2 3 #FF8001\n4 5 6 #000200 # the last\n",
+                     'x;y;colour;"z"\n1,0;2;"#ff8001";3\n4;5;"#000200";6,0\n',
+                     "1\t2\t3\t0xff8001\n4\t5\t6\t0x000200\n",
+                     "name,x,y,z,color\na,1,2,3,#ff8001\nb,4,5,6,#000200\n",
+                     "x,y,z,c,w\n1,2,3,#ff8001,a\n4,5,6,#000200,?\n"):
+            arrays = self.check_points(text, path="a.csv")
+            self.assertEqual(set(arrays), {"RGB"}, text)
+            np.testing.assert_array_equal(arrays["RGB"], expected, text)
+        arrays = self.check_points("x,y,z,color,t\n1,2,3,,7\n4,5,6,#ff8001,8\n", path="a.csv")
+        np.testing.assert_array_equal(arrays["RGB"], [[0, 0, 0], [255, 128, 1]])
+        np.testing.assert_array_equal(arrays["t"], [7, 8])
+        for text in ("1 2 3 9 #ff8001\n4 5 6 2000 #000200\n", "#ff8001,1,2,3,9\n#000200,4,5,6,2000\n"):
+            arrays = self.check_points(text)
+            np.testing.assert_array_equal(arrays["intensity"], [9, 2000])
+            np.testing.assert_array_equal(arrays["RGB"], expected)
+        for text in ("#facade\n1 2 3\n4 5 6\n", "x y z kind\n1 2 3 red\n4 5 6 #ff8001\n"):  # no colours
+            self.assertEqual(self.check_points(text), {}, text)
+
+    def test_numbers_of_other_languages(self):
+        """Exponents of Fortran, the minus of .NET in the North of Europe, and Windows' NaN"""
+        for text in ("1.0D+00 0.2D1 3.d0\n4 5 6\n", "x,y,z,t\n1.D0,2,3,-7.5d-01\n4,5,6,1.25D+003\n"):
+            arrays = self.check_points(text)
+        np.testing.assert_array_equal(arrays["t"], [-0.75, 1250])
+        self.check_points("\u22121 2 \u2212.5\n4 5 6\n", ((-1, 2, -0.5), (4, 5, 6)))
+        for word in ("-nan(ind)", "nan(snan)", "1.#QNAN", "-1.#IND", "1.#INF00"):
+            nan = np.full(3, np.nan)
+            self.check_points(f"{word} {word} {word}\n4 5 6\n", (nan, (4, 5, 6)))
+            self.assertFalse(self.columns.unsure)
+            points, _ = self.read(2000 * "1 2 3\n" + f"{word} {word} {word}\n")  # behind the first lines
+            np.testing.assert_array_equal(points[[-2, -1]], ((1, 2, 3), nan))
+
     def test_marks_in_pts_files(self):
         for text in ("2\n1 2 3\n4 5 6\n", "BEGIN\n1 2 3\n4 5 6\nEND\n", "1\n1 2 3\n1\n4 5 6\n"):
             self.check_points(text, path="cloud.pts")
@@ -156,18 +226,27 @@ class TestTextClouds(ToolCase):
         np.testing.assert_array_equal(arrays["time"], [1e9, 1000000000.001])
         self.check_points("# made by me\n1 2 3\n4 5 6\n")
 
+    def test_names_that_come_twice(self):
+        arrays = self.check_points("x,y,z,x,Dist,Dist\n1,2,3,7,8,9\n4,5,6,7,8,9\n", path="a.csv")
+        self.assertEqual({name: values[0] for name, values in arrays.items()},
+                         {"x (column 4)": 7, "Dist": 8, "Dist (column 6)": 9})
+
     def test_names_of_one_stem(self):
         """As drivers, engines and spreadsheets write them"""
         places, rest = "1,2,3", "10,20,30,0,0,1"
         for names in ("point.x,point.y,point.z,color.r,color.g,color.b,normal.x,normal.y,normal.z",
                       "PosX,PosY,PosZ,ColR,ColG,ColB,NormX,NormY,NormZ",
-                      "XCoord,YCoord,ZCoord,R,G,B,nx,ny,nz", "x_m,y_m,z_m,r,g,b,n_x,n_y,n_z",
+                      "XCoord,YCoord,ZCoord,R,G,B,nx,ny,nz", "X1 (m),Y1 (m),Z1 (m),R,G,B,nx,ny,nz",
+                      "x_m,y_m,z_m,r,g,b,n_x,n_y,n_z",
                       "Points:0,Points:1,Points:2,RGB:0,RGB:1,RGB:2,Normals:0,Normals:1,Normals:2",
                       '"Points_m_XYZ:0","Points_m_XYZ:1","Points_m_XYZ:2",red,green,blue,nx,ny,nz'):
             arrays = self.check_points(f"{names}\n{places},{rest}\n4,5,6,{rest}\n", path="cloud.csv")
             self.assertFalse(self.columns.unsure, names)
             np.testing.assert_array_equal(arrays["RGB"], [[10, 20, 30]] * 2, names)
             np.testing.assert_array_equal(arrays["Normals"], [[0, 0, 1]] * 2, names)
+        points, _ = self.read("TIMESTAMP (ns), RANGE (mm), X1 (m), Y1 (m), Z1 (m), X2 (m), Y2 (m), Z2 (m)\n"
+                              "9,8,1,2,3,4,5,6\n", path="cloud.csv")
+        np.testing.assert_array_equal(points, [[1, 2, 3]])
         # What has three parts is no place for that.
         arrays = self.check_points("vel_x,vel_y,vel_z,x,y,z\n7,8,9,1,2,3\n7,8,9,4,5,6\n", path="cloud.csv")
         self.assertEqual(set(arrays), {"vel_x", "vel_y", "vel_z"})
@@ -272,10 +351,17 @@ class TestTextClouds(ToolCase):
             np.testing.assert_array_equal(arrays["RGB"], [[0, 0, 0], [10, 20, 30]], word)
             np.testing.assert_array_equal(arrays["t"], [np.nan, 7], word)
 
+    def test_tables_without_points(self):
+        for path, text in (("a.csv", "x,y,z,r,g,b\n"), ("a.xyz", "# x y z\n"), ("a.pts", "0\n"), ("a.txt", "\n\n")):
+            with self.assertRaisesRegex(UserProblem, "holds no points", msg=text):
+                self.read(text, path)
+
     def test_errors_name_the_line(self):
         for row in ("4,5,bad,7", "4,5"):
             with self.assertRaisesRegex(UserProblem, "line 4; complete or delete that line$", msg=row):
                 self.read(f"x,y,z,a\n1,2,3,7\n\n{row}\n")
+        with self.assertRaisesRegex(UserProblem, "there are too few columns, line 2; complete or delete"):
+            self.read("1 2 3 tree 7\n4 5 6\n")
 
     def test_tables_of_other_names(self):
         """Programs call them .dat, .pnt and the like."""
@@ -286,6 +372,7 @@ class TestTextClouds(ToolCase):
             self.assertIn("2000 points", printed)
             self.assertIn("RGB", printed)
         for path, content in (("list.dat", "1 2\n3 4\n"), ("words.dat", "a b c\n"),
+                              ("bundle.dat", "# Bundle file v0.3\n2 2\n800 0 0\n1 0 0\n"),
                               ("bytes.dat", b"1 2 3\n\0\0")):
             self.refuse("info", write(path, content), says="unknown extension '.dat'")
 
@@ -326,8 +413,10 @@ class TestTextClouds(ToolCase):
         for count in (8, 10):
             row = " ".join(map(str, range(1, count + 1)))
             self.assertEqual(len(self.check_points(f"{row}\n{row}\n", [[1, 2, 3]] * 2)), count - 3)
-        with self.assertRaises(UserProblem):
-            self.read("1 2\n")
+        for text, says in (("1 2\n", "has 2 columns of numbers; a point"), ("1,2\n", "2 columns .* between ','"),
+                           ("1 2 3 ;\n", "0 columns of numbers between ';'")):
+            with self.assertRaisesRegex(UserProblem, says):
+                self.read(text)
 
     def test_colors_beside_columns_of_few_values(self):
         """Alpha or a class before or behind them: these have few values, channels have many."""
@@ -340,6 +429,31 @@ class TestTextClouds(ToolCase):
                 cloud, columns = read_text_cloud("cloud.xyz")
                 np.testing.assert_array_equal(arrays_of(cloud)["RGB"], colors)
                 self.assertTrue(columns.unsure)
+
+    def test_colors_that_may_be_others(self):
+        """Intensity, return and class look like colours, and a line tells how they were taken."""
+        random = np.random.default_rng(1)
+        points, colors = random.normal(size=(300, 3)), random.integers(0, 255, (300, 3))
+        for odd, is_unsure in ((colors[:, 1:], False), (colors[:, 1:] // 64, True)):
+            np.savetxt("cloud.xyz", np.column_stack([points, colors[:, 0], odd]), fmt="%.6g")
+            self.assertEqual(read_text_cloud("cloud.xyz")[1].unsure, is_unsure)
+
+    def test_colors_beside_a_fraction(self):
+        """Of which many values differ, as of an intensity in the cloud of a scanner"""
+        random = np.random.default_rng(1)
+        points, fractions = random.normal(size=(2000, 3)), random.random(2000).round(4)[:, None]
+        colors = random.integers(0, 180, (2000, 1)) + random.integers(0, 70, (2000, 3))
+        for order in ([fractions, colors], [colors, fractions]):
+            np.savetxt("cloud.xyz", np.column_stack([points, *order]), fmt="%.6g")
+            cloud, columns = read_text_cloud("cloud.xyz")
+            np.testing.assert_array_equal(arrays_of(cloud)["RGB"], colors)
+            np.testing.assert_allclose(arrays_of(cloud)["intensity"], fractions[:, 0], atol=1e-6)
+            self.assertFalse(columns.unsure)
+        for order in ([fractions, colors / 255], [colors / 255, fractions]):  # colours are fractions, too
+            np.savetxt("cloud.xyz", np.column_stack([points, *order]), fmt="%.9g")
+            cloud, columns = read_text_cloud("cloud.xyz")
+            np.testing.assert_array_equal(arrays_of(cloud)["RGB"], colors)
+            self.assertTrue(columns.unsure)
 
     def test_colors_and_normals_among_many_columns(self):
         """As data sets for learning have them, with classes and times behind"""
@@ -362,6 +476,13 @@ class TestTextClouds(ToolCase):
             if "Normals" in arrays:
                 np.testing.assert_allclose(arrays["Normals"], normals, atol=1e-6)
 
+    def test_times_in_front(self):
+        """Are taken for places, as places may be sorted, and a line tells it."""
+        for first, is_said in ((3e8 + np.arange(20) * 1e-3, True), (np.arange(20) // 2, False)):
+            np.savetxt("a.txt", np.column_stack([first, sphere(20)[0]]), fmt="%.9f")
+            _, columns = read_text_cloud("a.txt")
+            self.assertEqual((columns.unsure, "as times do" in str(columns)), (is_said, is_said))
+
     def test_numbers_of_points_are_no_places(self):
         """With names that say nothing, and without names"""
         places = [[x, 5, 7] for x in range(12)]
@@ -382,7 +503,7 @@ class TestPtx(ToolCase):
 
     def read(self, text):
         write("scan.ptx", text)
-        cloud, viewpoint = read_ptx_cloud("scan.ptx")
+        cloud, viewpoint, self.missing = read_ptx_cloud("scan.ptx")
         return places_of(cloud), arrays_of(cloud), viewpoint
 
     def test_two_scans(self):
@@ -409,6 +530,7 @@ class TestPtx(ToolCase):
     def test_one_scan_has_a_viewpoint(self):
         """And what it lacks at its end is not missed."""
         points, arrays, viewpoint = self.read(self.SECOND + "1 2 3 0.5\n")
+        self.assertEqual(self.missing, "its last scan has 1 of the 2 points that its header says")
         self.assertEqual((len(points), set(arrays)), (1, {"intensity", "ToScanner"}))
         self.assertEqual(viewpoint, (500000.125, 20, 30))
         converted = self.FIRST.replace(self.AXES, 4 * "0 0 0\n")  # which no scanner has written
@@ -424,12 +546,30 @@ class TestPtx(ToolCase):
 
     def test_errors(self):
         for text, says in (("5\n1 2 3 4\n", "scan.ptx is not .*: a scan begins with its columns"),
-                           (self.FIRST + "1 2 3 4 5\n", "its points have 5 numbers"),
-                           (self.FIRST + "1 2 3 bad\n", "'bad', line 11$"),
+                           (self.FIRST + "1 2 3 4 5\n1 2 3 4 5\n", "its points have 5 numbers .* line 11$"),
+                           (self.FIRST + "1 2 3 bad\n1 2 3 4\n", "'bad', line 11$"),
+                           (self.FIRST + "1 2 3 4\n4 5\n", "changed from 4 to 2, line 12$"),
                            (self.FIRST + "0 0 0 0.5\n", "holds no points"),
                            (self.FIRST, "holds no points")):
             with self.assertRaisesRegex(UserProblem, says, msg=text):
                 self.read(text)
+
+    def test_files_that_are_cut_short(self):
+        """Within a header, a point, or the first number of a point"""
+        one = self.FIRST + "1 2 3 0.5\n4 5 6 0.5\n7 8 9 0.5\n"
+        for text, where in (("1\n3\n0 0", "line 3, in the header of scan 1"),
+                            ("1\n3\n" + self.AXES, "line 6, in the header of scan 1"),
+                            (one + self.SECOND[:-6], "line 23, in the header of scan 2"),
+                            (self.FIRST + "1 2 3 0.5\n4 5", "line 12, in point 2 of 3 of scan 1"),
+                            (self.FIRST + "1 2", "line 11, in point 1 of 3 of scan 1"),
+                            (one + self.SECOND + "1 2 3 0.5\n-", "line 25, in point 2 of 2 of scan 2")):
+            with self.assertRaises(UserProblem, msg=text) as caught:
+                self.read(text)
+            self.assertEqual(str(caught.exception), f"scan.ptx is cut short: it ends at {where}; copy or export it "
+                             "again")
+        self.read(one)
+        self.assertEqual(self.missing, "")
+        self.assertIn("its last scan has 2 of the 3 points", self.info(write("scan.ptx", one[:-10])))
 
 
 if __name__ == "__main__":

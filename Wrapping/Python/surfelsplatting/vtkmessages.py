@@ -95,7 +95,9 @@ class VtkMessages:
         self.errors.append(text)
 
     def add_warning(self, text):
-        if self.verbose:
+        if text.startswith("Error"):  # so vtkDataReader says that a file is cut short
+            self.add_error(text)
+        elif self.verbose:
             print("surfelsplat: warning: " + " ".join(text.split()), file=sys.stderr)
 
     def forget(self):

@@ -25,11 +25,11 @@ NAMES = {
     PACKED_RGB: ("rgb", "rgba"),
 }
 DEGREES = {"x": ("lon", "long", "lng", "longitude"), "y": ("lat", "latitude"), "z": ("alt", "ele")}
-# Names such as point.x, Pos_X, XCoord, x_m, Points_m_XYZ:0, color.r, ColR: a stem and a part.
+# Names such as point.x, Pos_X, XCoord, x_m, X1 (m), Points_m_XYZ:0, color.r, ColR: a stem and a part.
 PART_BEHIND = re.compile(r"(.*?)[_:]*(red|green|blue|[xyzrgb012])")
-PART_BEFORE = re.compile(r"([xyz])_?(coord\w*|pos\w*|mm?|cm|ft)")
+PART_BEFORE = re.compile(r"([xyz])_?(coord\w*|pos\w*|mm?|cm|ft|1)")  # 1: of several returns
 PARTS = (("x", "y", "z"), ("r", "g", "b"), RGB, ("0", "1", "2"))
-OF_PLACES = re.compile(r"xyz|point|pos|coord|loc|vert|cart|world|mm?$|cm$|ft$|p$")
+OF_PLACES = re.compile(r"xyz|point|pos|coord|loc|vert|cart|world|mm?$|cm$|ft$|p$|^1$")
 OF_COLORS = re.compile(r"rgb|col|diffuse|tex|c$")
 OF_NORMALS = re.compile(r"norm|n$")
 

@@ -11,7 +11,7 @@ from .columnnames import NORMALS, PACKED_RGB, RGB, XYZ, meanings_in_degrees, mea
 
 ENOUGH_TO_COUNT = 10  # points whose numbers are no places by chance
 MOST_SAMPLES = 20_000  # points whose values stand for all
-FEW_VALUES = 4  # as many times fewer than a channel of a colour has alpha, a class or a return
+FEW_VALUES = 4  # as many times fewer than a channel of a colour has alpha, a class or a return, or more an intensity
 MANY_VALUES = 32  # of a channel of a colour, where nothing but its values tells that it is one
 MOST_NAMED = 30  # columns in a message
 THIN = 1000  # times as high as wide and long: nothing that is scanned in metres
@@ -41,6 +41,11 @@ def _are_numbers_of_points(column):
 def _begins_with_numbers(table):
     """Whether there are places behind the numbers of the points."""
     return table.shape[1] > 3 and _are_numbers_of_points(table[:, 0])
+
+
+def _may_begin_with_times(table):
+    """Whether the first column only increases, as times do; so do places that were sorted"""
+    return table.shape[1] > 3 and len(table) >= ENOUGH_TO_COUNT and bool((np.diff(table[:, 0]) > 0).all())
 
 
 def by_names(names, table):
@@ -98,6 +103,24 @@ def _numbers_of_values(values):
     return [len(np.unique(column)) for column in some.T]
 
 
+def _differ_in_counts(values):
+    """Whether a column has many more values than another, as an intensity beside returns and classes"""
+    counts = _numbers_of_values(values)
+    return len(values) > 0 and FEW_VALUES * min(counts) <= max(counts)
+
+
+def _of_other_count(values):
+    """-> (0 or 3, meaning) of the first or last of four columns, if it has many fewer values than the middle ones,
+    as alpha or a class, or many more, as an intensity; or None"""
+    start, *middle, end = _numbers_of_values(values)
+    mean = sum(middle) / 2
+    ratio, number = max((max(count / mean, mean / count), number) for number, count in ((0, start), (3, end)))
+    if ratio < FEW_VALUES:
+        return None
+    has_few = (end if number else start) < mean
+    return number, f"column {4 + number}" if has_few else "intensity"
+
+
 def _seven(values):
     """-> meanings of x y z and four more, whether they are unsure."""
     if _are_normals(values[:, 1:]):
@@ -108,12 +131,12 @@ def _seven(values):
     for fits in (_are_bytes, _are_colors):
         middle, behind = fits(values[:, :3]), fits(values[:, 1:])
         if middle and behind:
-            start, *_, end = _numbers_of_values(values)
-            if FEW_VALUES * min(start, end) <= max(start, end):  # alpha, or a class
-                return ((*RGB, "column 7") if end < start else ("column 4", *RGB)), True
             are_whole = (values == np.round(values)).all(axis=0)
             if are_whole[1:3].all() and are_whole[0] != are_whole[3]:  # a fraction is no part of bytes
                 return (last if are_whole[0] else first), False
+            odd = _of_other_count(values)
+            if odd:
+                return ((*RGB, odd[1]) if odd[0] == 3 else (odd[1], *RGB)), True
             return (last if _intensity_is_last(values) else first), True
         if middle or behind:
             return (last if middle else first), False
@@ -171,7 +194,7 @@ def by_values(path, table):
         rest = ("intensity",)[:count - 3]
     elif count == 6:
         rest = RGB if _are_colors(values) else NORMALS
-        unsure = rest is NORMALS and not _are_normals(values)
+        unsure = _differ_in_counts(values) if rest is RGB else not _are_normals(values)
     elif count in (7, 9):
         rest, unsure = _seven(values) if count == 7 else _nine(values)
     else:
@@ -182,6 +205,8 @@ def by_values(path, table):
     places = table[:, first:first + 3]
     if _are_like_degrees(places[np.isfinite(places).all(axis=1)]):
         source, unsure = source + ", although x and y look like latitudes and longitudes in degrees", True
+    if not numbers and _may_begin_with_times(table):
+        source, unsure = source + ", although x only increases, as times do", True
     return Columns([*numbers, *XYZ, *rest], source, unsure)
 
 
@@ -189,13 +214,18 @@ def _as_bytes(triple):
     return np.round(np.clip(triple * scale_to_bytes(triple.max(initial=0)), 0, 255)).astype(np.uint8)
 
 
+def channels_of(packed):
+    """-> [n, 3] bytes of whole numbers 0xRRGGBB; those that are missing are black"""
+    return (np.nan_to_num(packed).astype(np.int64)[:, None] >> np.array([16, 8, 0]) & 0xFF).astype(np.uint8)
+
+
 def _unpacked(packed):
-    """-> [n, 3] bytes of whole numbers 0xRRGGBB, perhaps with alpha before; None if they are none"""
+    """The same, perhaps with alpha before; None if they are none"""
     known = np.nan_to_num(packed, posinf=-1.0, neginf=-1.0)
     if len(known) == 0 or known.min() < 0 or not 0xFFFF < known.max() <= 0xFFFFFFFF \
             or (known != np.round(known)).any():
         return None
-    return (known.astype(np.int64)[:, None] >> np.array([16, 8, 0]) & 0xFF).astype(np.uint8)
+    return channels_of(known)
 
 
 def arrays_of_columns(table, columns):
@@ -218,6 +248,8 @@ def arrays_of_columns(table, columns):
         arrays["Normals"] = np.nan_to_num(triple(NORMALS), posinf=0.0, neginf=0.0)
         used.update(NORMALS)
     for number, name in enumerate(columns.meanings):
-        if name not in used and name not in arrays:
+        if columns.meanings.index(name) < number:  # a second one of this name
+            arrays[f"{name} (column {number + 1})"] = table[:, number]
+        elif name not in used and name not in arrays:
             arrays[name] = table[:, number]
     return triple(XYZ), arrays

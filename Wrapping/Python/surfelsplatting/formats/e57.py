@@ -40,5 +40,6 @@ def read_e57_cloud(path):
                                for part in parts)
         cloud = polydata_of(places, {**colors_and_intensity(*attributes), **ways})
     except Exception as error:  # pye57 has no common class of errors
-        raise UserProblem(f"{path} is not a readable .e57 file: {error}") from error
+        reason = str(error).partition("\n")[0]  # then libE57Format says where it is in its source
+        raise UserProblem(f"{path} is not a readable .e57 file: {reason}; was all of it copied?") from error
     return cloud, scanners[0] if len(scanners) == 1 else None

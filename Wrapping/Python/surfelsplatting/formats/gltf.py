@@ -34,12 +34,23 @@ def _chunks(content):
     return found[JSON_CHUNK], found.get(BINARY_CHUNK, b"")
 
 
+def _check_compression(part):
+    """Raises ValueError if a primitive, or a view of a buffer, is compressed by an extension."""
+    compressed = [name for name in part.get("extensions", {}) if "compression" in name]
+    if compressed:
+        raise ValueError(f"it is compressed by {compressed[0]}; store it without compression")
+
+
 class _File:
     def __init__(self, path):
         with open(path, "rb") as file:
             text, self._binary = _chunks(file.read())
         self._folder = os.path.dirname(path)
-        self.json = json.loads(text)
+        try:
+            self.json = json.loads(text)
+        except ValueError as problem:
+            raise ValueError(f"it begins with {text[:20]!r} and is no JSON: {problem}; was all of it downloaded?") \
+                from problem
         self._buffers = {}
 
     def _buffer(self, number):
@@ -62,6 +73,7 @@ class _File:
         """[count, width] of an accessor; whole numbers of a normalized one as fractions."""
         accessor = self.json["accessors"][number]
         view = self.json["bufferViews"][accessor["bufferView"]]
+        _check_compression(view)
         kind, width = np.dtype(TYPES[accessor["componentType"]]), WIDTHS[accessor["type"]]
         count, stride = accessor["count"], view.get("byteStride", kind.itemsize * width)
         begin = view.get("byteOffset", 0) + accessor.get("byteOffset", 0)
@@ -142,9 +154,7 @@ def _faces(file, primitive, count, is_mirrored):
 
 def _primitive(file, primitive, matrix):
     """-> places, colours or None, normals or None, triangles"""
-    compressed = [name for name in primitive.get("extensions", {}) if "compression" in name]
-    if compressed:
-        raise ValueError(f"it is compressed by {compressed[0]}; store it without compression")
+    _check_compression(primitive)
     attributes = primitive["attributes"]
     places = file.values(attributes["POSITION"]) @ matrix[:3, :3].T + matrix[:3, 3]
     colors = _colors(file.values(attributes["COLOR_0"])) if "COLOR_0" in attributes else None

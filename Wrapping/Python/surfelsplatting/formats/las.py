@@ -51,6 +51,16 @@ def _check_chunks(path):
             raise ValueError(f"it says that it has {count} chunks in {size} bytes")
 
 
+def _check_points(laspy, path):
+    """Raises ValueError if a .las file ends before the last point that its header says: laspy would read
+    those before, or speak of a buffer."""
+    with laspy.open(path) as file:
+        header = file.header
+    there = (os.path.getsize(path) - header.offset_to_point_data) // header.point_format.size
+    if there < header.point_count:
+        raise ValueError(f"its header says {header.point_count} points, and it holds {max(0, there)}")
+
+
 def _las_scalars(las):
     """{name: values} of what may be worth a colour, if it is not the same everywhere."""
     names = [name for name in LAS_SCALARS if name in set(las.point_format.dimension_names)]
@@ -79,6 +89,8 @@ def read_las_cloud(path):
     try:
         if _is_compressed(path):
             _check_chunks(path)
+        else:
+            _check_points(laspy, path)
         las = laspy.read(path)
         places = np.column_stack([las.x, las.y, las.z])
         names = set(las.point_format.dimension_names)
@@ -88,5 +100,6 @@ def read_las_cloud(path):
     except BaseException as error:  # laspy passes on those of numpy, struct and the decoder
         if not isinstance(error, Exception) and type(error).__name__ != "PanicException":
             raise
-        raise UserProblem(f"{path} is not a readable .las or .laz file: {error}") from error
+        raise UserProblem(f"{path} is not a readable .las or .laz file: {error}; was all of it "
+                          "copied?") from error
     return make(places, arrays)

@@ -2,6 +2,7 @@
 """Reads meshes: .obj and .stl files. VTK's readers would round their vertices to floats."""
 
 from array import array
+from codecs import BOM_UTF8
 
 import numpy as np
 
@@ -16,24 +17,26 @@ TRIANGLE = np.dtype([("normal", "<f4", 3), ("vertices", "<f4", (3, 3)), ("attrib
 OBJ_COLUMNS = {3: XYZ, 4: (*XYZ, "w"), 6: (*XYZ, *RGB), 7: (*XYZ, *RGB, "alpha")}
 
 
-def _table(path, keyword):
-    """-> [rows, columns] of the lines that begin with the keyword."""
+def _table(path, *keywords):
+    """-> [rows, columns] of the lines that begin with one of the keywords; x y z if not all have as many"""
     def lines(file):
         for line in file:
             words = line.split(maxsplit=1)
-            if len(words) == 2 and words[0] == keyword:
+            if len(words) == 2 and words[0] in keywords:
                 yield words[1]
 
-    try:
-        with open(path, encoding="utf-8", errors="replace") as file:
-            first = next(lines(file), None)
-            if first is None:
-                raise UserProblem(f"{path} holds no vertices: no line begins with {keyword!r}")
+    problem = None
+    with open(path, encoding="utf-8-sig", errors="replace") as file:
+        if next(lines(file), None) is None:
+            raise UserProblem(f"{path} holds no vertices: no line begins with {keywords[0]!r}")
+        for columns in (None, range(3)):  # of several meshes only some may have colours
             file.seek(0)
-            return np.loadtxt(lines(file), ndmin=2)
-    except ValueError as problem:
-        reason = str(problem).split(";")[0].rstrip(".")
-        raise UserProblem(f"{path}: its lines {keyword!r} are not numbers: {reason}") from problem
+            try:
+                return np.loadtxt(lines(file), ndmin=2, usecols=columns)
+            except ValueError as found:
+                problem = problem or found
+    reason = str(problem).split(";")[0].rstrip(".")
+    raise UserProblem(f"{path}: its lines {keywords[0]!r} are not numbers: {reason}") from problem
 
 
 def _obj_corners(words, vertices):
@@ -54,7 +57,7 @@ def _obj_corners(words, vertices):
 def _obj_faces(path):
     """-> vtkCellArray of the lines `f`"""
     corners, ends, vertices = array("q"), array("q", [0]), 0
-    with open(path, encoding="utf-8", errors="replace") as file:
+    with open(path, encoding="utf-8-sig", errors="replace") as file:
         for line in file:
             keyword = line[:2] if line[:1] in "vf" else line.lstrip()[:2]
             if keyword in ("v ", "v\t"):
@@ -85,7 +88,8 @@ def _binary_triangles(path):
         content = file.read()
     count = int.from_bytes(content[STL_HEADER - 4:STL_HEADER], "little")
     size = STL_HEADER + count * TRIANGLE.itemsize
-    is_text = content.lstrip()[:5] == b"solid" and b"\0" not in content[:1000]
+    start = content[:1000]
+    is_text = start.removeprefix(BOM_UTF8).lstrip()[:5].lower() == b"solid" and b"\0" not in start
     if is_text and size != len(content):
         return None
     if size > len(content) or len(content) < STL_HEADER:
@@ -99,12 +103,14 @@ def read_stl_cloud(path):
     """-> vtkPolyData with double points: each vertex once, although triangles repeat them; faces."""
     triangles = _binary_triangles(path)
     if triangles is None:
-        vertices = _table(path, "vertex")
+        vertices = _table(path, "vertex", "VERTEX")
         if vertices.shape[1] != 3:
             raise UserProblem(f"{path}: its vertices have {vertices.shape[1]} values; x y z are "
                               "expected")
+        if len(vertices) % 3:
+            raise UserProblem(f"{path} is not a whole .stl file: its last triangle has {len(vertices) % 3} of 3 "
+                              "vertices; copy or export it again")
     else:
         vertices = triangles.reshape(-1, 3).astype(float)
     places, corners = np.unique(vertices, axis=0, return_inverse=True)
-    whole = len(vertices) - len(vertices) % 3
-    return polydata_of(places, {}, cells_of(corners.ravel()[:whole], np.arange(0, whole + 1, 3)))
+    return polydata_of(places, {}, cells_of(corners.ravel(), np.arange(0, len(vertices) + 1, 3)))

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Point clouds in numpy's .npy files: rows of numbers, or records with names."""
 
+import math
+
 import numpy as np
 
 from ..clouds.degrees import cloud_of_degrees
@@ -15,8 +17,13 @@ def _table_of(array):
     columns = [array[name] for name in names] if names else [array]
     if any(column.dtype.kind not in "fiu" for column in columns):
         raise ValueError(f"it has values of the type {array.dtype}, which are no real numbers")
-    if names:
-        return np.column_stack([np.ravel(column).astype(float) for column in columns]), names
+    if names:  # a field may hold x y z of a point
+        columns = [column.reshape(array.size, math.prod(column.shape[array.ndim:])) for column in columns]
+        names = [f"{name}:{i}" if column.shape[1] > 1 else name
+                 for name, column in zip(names, columns) for i in range(column.shape[1])]
+        if len(names) < 3:
+            raise ValueError(f"its records have the fields {', '.join(names)}; a point has at least x y z")
+        return np.hstack(columns).astype(float), names
     if array.ndim < 2 or array.shape[-1] < 3:
         raise ValueError(f"its shape is {array.shape}; the last axis has x y z, and perhaps more, of a point")
     table = array.reshape(-1, array.shape[-1]).astype(float)

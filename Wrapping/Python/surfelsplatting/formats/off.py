@@ -68,7 +68,7 @@ def _faces(lines, count):
 
 def read_off_cloud(path):
     """-> vtkPolyData with double points, colours and normals, and faces."""
-    with open(path, encoding="utf-8", errors="replace") as file:
+    with open(path, encoding="utf-8-sig", errors="replace") as file:
         lines = _lines(file)
         keyword, vertices, faces = _head(lines, path)
         if vertices == 0:

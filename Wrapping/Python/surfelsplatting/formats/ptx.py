@@ -18,12 +18,21 @@ WITHOUT_COLORS, WITH_COLORS = 4, 7  # columns of the points: x y z intensity, r 
 
 
 class _Lines:
-    """The lines that are not blank, and the number of the last one"""
+    """The lines that are not blank, and where in the file the last one is"""
 
     def __init__(self, file):
         self.number = 0
-        self._lines = (line for self.number, line in enumerate(file, 1) if line.strip())
+        self.scan = 0  # from 1
+        self.points_so_far = self.promised = 0  # of the scan
+        self.is_cut = False  # whether the file ends within a header
+        self._line = ""
+        self._lines = self._numbered(file)
         self._next = None
+
+    def _numbered(self, file):
+        for self.number, self._line in enumerate(file, 1):
+            if self._line.strip():
+                yield self._line
 
     def next_is_header(self):
         self._next = self._next or next(self._lines, None)
@@ -32,10 +41,14 @@ class _Lines:
     def header(self):
         """-> [10 lists of numbers]"""
         lines = list(itertools.islice(self.points(False), len(HEADER)))
+        self.scan, self.points_so_far, self.promised = self.scan + 1, 0, 0
         header = [[float(word) for word in line.split()] for line in lines]
-        if tuple(map(len, header)) != HEADER:
+        sizes = tuple(map(len, header))
+        if sizes != HEADER:
+            self.is_cut = 0 < len(sizes) < len(HEADER) and sizes == HEADER[:len(sizes)]
             raise ValueError("a scan begins with its columns, its rows, the place and three axes of the "
                              "scanner, and a matrix of 4 x 4 numbers")
+        self.promised = header[0][0] * header[1][0]
         return header
 
     def points(self, up_to_header=True):
@@ -44,10 +57,27 @@ class _Lines:
             line, self._next = self._next or next(self._lines, None), None
             if line is None:
                 return
-            if up_to_header and len(line.split()) == 1:
+            # What ends within a line has none behind it.
+            if up_to_header and len(line.split()) == 1 and line.endswith("\n"):
                 self._next = line
                 return
+            self.points_so_far += 1
             yield line
+
+    def missing(self):
+        """-> what the last scan lacks, as a file that was cut between two lines does, or nothing"""
+        if not self.points_so_far < self.promised:
+            return ""
+        return f"its last scan has {self.points_so_far} of the {self.promised:.10g} points that its header says"
+
+    def why(self, problem):
+        """-> what is wrong where, and what to do, as the end of a sentence"""
+        if self.is_cut or not self._line.endswith("\n"):
+            where = f"point {self.points_so_far} of {self.promised:.10g}" if self.points_so_far else "the header"
+            return (f"is cut short: it ends at line {self.number}, in {where} of scan {max(1, self.scan)}; copy or "
+                    "export it again")
+        reason = re.sub(r" to float64.*| at row \d+.*", "", str(problem).split(";")[0])
+        return f"is not a readable .ptx file: {reason}, line {self.number}"
 
 
 def _read_scan(lines):
@@ -59,10 +89,10 @@ def _read_scan(lines):
     first = next(points, None)
     if first is None:
         return np.zeros((0, WITH_COLORS)), None
+    width = len(first.split())
+    if width not in (WITHOUT_COLORS, WITH_COLORS):
+        raise ValueError(f"its points have {width} numbers instead of {WITHOUT_COLORS} or {WITH_COLORS}")
     table = np.loadtxt(itertools.chain([first], points), ndmin=2)
-    if table.shape[1] not in (WITHOUT_COLORS, WITH_COLORS):
-        raise ValueError(f"its points have {table.shape[1]} numbers instead of {WITHOUT_COLORS} or "
-                         f"{WITH_COLORS}")
     table = table[(table[:, :3] != 0).any(axis=1)]  # what was not seen has zeros
     table[:, :3] = table[:, :3] @ matrix[:3, :3] + matrix[3, :3]
     # Programs that only convert points write zeros.
@@ -71,8 +101,8 @@ def _read_scan(lines):
 
 
 def read_ptx_cloud(path):
-    """-> vtkPolyData with double points, which know their scanners, and the place of the scanner if it
-    was one scan."""
+    """-> vtkPolyData with double points, which know their scanners; the place of the scanner if it was
+    one scan; what is missing at the end, or nothing."""
     with open(path, encoding="utf-8-sig", errors="replace") as file:
         lines = _Lines(file)
         scans = []
@@ -80,9 +110,7 @@ def read_ptx_cloud(path):
             while lines.next_is_header() or not scans:
                 scans.append(_read_scan(lines))
         except ValueError as problem:
-            reason = re.sub(r" to float64.*| at row \d+.*", "", str(problem).split(";")[0])
-            raise UserProblem(f"{path} is not a readable .ptx file: {reason}, line "
-                              f"{lines.number}") from problem
+            raise UserProblem(f"{path} {lines.why(problem)}") from problem
     tables = [table for table, _ in scans if len(table)]
     if not tables:
         raise no_points(path)
@@ -93,4 +121,5 @@ def read_ptx_cloud(path):
     table = np.concatenate([table[:, :width] for table in tables])
     columns = Columns([*XYZ, "intensity", *(RGB if width == WITH_COLORS else ())], "of the file")
     places, arrays = arrays_of_columns(table, columns)
-    return polydata_of(places, {**arrays, **ways}), scanners[0] if len(scans) == 1 else None
+    scanner = scanners[0] if len(scans) == 1 else None
+    return polydata_of(places, {**arrays, **ways}), scanner, lines.missing()

@@ -65,7 +65,10 @@ def _read_sog(path, _messages, _progress):
     return _capture_cloud(*read_sog_capture(path))
 
 
-def _read_ply(path, messages, progress):
+def _read_ply_or_pcd(path, messages, progress):
+    from .headers import check_header
+
+    check_header(path)
     read = _read_capture if vtkGaussianSplatReader.CanReadFile(os.fsencode(path)) else _read_scan
     return read(path, messages, progress)
 
@@ -125,11 +128,11 @@ def _read_las(path, _messages, _progress):
     return Cloud(data, how=HOW if has_degrees(data) else "")
 
 
-def _of_scanners(data, viewpoint):
+def _of_scanners(data, viewpoint, how=""):
     note_scan(data, viewpoint)
     if data.GetPointData().HasArray(TO_SCANNER):
         note_up(data, (0, 0, 1))  # scanners are level
-    return Cloud(data, viewpoint)
+    return Cloud(data, viewpoint, how=how)
 
 
 def _read_e57(path, _messages, _progress):
@@ -167,12 +170,12 @@ def _read_gltf(path, _messages, _progress):
 
 _READERS = {
     ".surfels": _read_mapped,
-    ".ply": _read_ply,
+    ".ply": _read_ply_or_pcd,
     ".splat": _read_capture,
     ".spz": _read_capture,
     ".sog": _read_sog,
     ".json": _read_sog,
-    ".pcd": _read_scan,
+    ".pcd": _read_ply_or_pcd,
     ".vtp": _read_dataset,
     ".vtu": _read_dataset,
     ".vti": _read_dataset,

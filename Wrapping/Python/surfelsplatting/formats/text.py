@@ -12,11 +12,12 @@ import numpy as np
 from ..clouds.degrees import cloud_of_degrees
 from ..clouds.polydata import polydata_of
 from ..problems import UserProblem, no_points, shortened
-from .columnnames import has_places
-from .columns import arrays_of_columns, by_names, by_values
-from .numbermarks import DECIMAL_COMMA, Marks, marks_of
+from .columnnames import RGB, has_places
+from .columns import arrays_of_columns, by_names, by_values, channels_of
+from .numbermarks import COLOR, DECIMAL_COMMA, ODD, Marks, marks_of, odd_of, without_odd
 
 COMMENTS = ("#", "//")
+BEGINS_OF_COMMENTS = "#/%!"  # above the points
 BLANK = " \t\r\n,;|\""
 MISSING = {"", "na", "n/a", "#n/a", "null", "none", "nil", "-", "--", "?"}  # values, as programs write them
 PTS_MARK = re.compile(r"\d+|BEGIN|END")  # a scan may begin with the number of its points, or a word
@@ -34,6 +35,7 @@ class _Layout:
     marks: Marks
     names: list  # of the columns; None if there are none
     used: list  # columns that hold numbers; None: all
+    color: int  # the column that is #rrggbb, or None
     repeats_head: bool = False  # as where tables were joined
 
 
@@ -53,23 +55,34 @@ def _is_missing(cell):
     return cell.strip(" \t\"'").lower() in MISSING
 
 
-def _is_row(line):
+def _is_row(line, least):
     words = _words(line)
-    return len(words) > 1 and all(map(_is_number, words[:3]))
+    return len(words) >= least and all(map(_is_number, words[:3]))
 
 
-def _first_row(lines, with_comments):
+def _first_row(lines, with_comments, numbers=(3, 2)):
     """The number of the line with the first point, or None. A point may begin with words, such as its
-    name, where the line above names the columns, perhaps as a comment."""
-    for number, (line, above) in enumerate(zip(lines, ["", *with_comments])):
-        is_named = sum(map(_is_number, _words(line))) >= 3 and has_places(_words(above.lstrip("#/ ")))
-        if is_named or _is_row(line):
-            return number
+    name, where the line above names the columns, perhaps as a comment.
+    numbers: how many it has at least, and at least if no line has as many: two count points and columns"""
+    for least in numbers:
+        for number, (line, above) in enumerate(zip(lines, ["", *with_comments])):
+            names = _words(above.lstrip(BEGINS_OF_COMMENTS + " "))
+            is_named = sum(map(_is_number, _words(line))) >= 3 and has_places(names)
+            if is_named or _is_row(line, least):
+                return number
     return None
 
 
 def _without_comment(line):
     return re.split("|".join(COMMENTS), line)[0]
+
+
+def _plain(lines):
+    """-> the lines without comments, with numbers as Python writes them; their Marks"""
+    odd = odd_of(lines)
+    lines = [_without_comment(without_odd(line, odd)) for line in lines]
+    marks = marks_of(lines, odd)
+    return list(map(marks.read, lines)), marks
 
 
 def _split(line, delimiter):
@@ -88,13 +101,19 @@ def _delimiter(row):
     return ("," if "," in row else None), False
 
 
+def _are_between_tabs(rows):
+    """Whether tabs separate as many cells in all rows, and blanks do not: of empty cells, or words with blanks"""
+    counts = [{len(_split(row, delimiter)) for row in rows} for delimiter in ("\t", None)]
+    return len(counts[0]) == 1 < len(counts[1]) and counts[0] != {1}
+
+
 def _find_names(lines, delimiter, count):
     """The names of the columns, from the lines above the first point; None if there are none. A line of units may
     follow."""
     others = None
     for line in reversed(lines):
-        plain = line.strip().lstrip("#/").strip()
-        is_comment = line.lstrip().startswith(COMMENTS)
+        plain = line.strip().lstrip(BEGINS_OF_COMMENTS).strip()
+        is_comment = line.lstrip()[:1] in BEGINS_OF_COMMENTS
         for names in (_split(plain, delimiter), _words(plain)):
             names = [name.strip("\"'") for name in names]
             is_table_head = len(names) == count and not all(map(_is_number, names))
@@ -157,14 +176,31 @@ def is_table(path):
         return False
     with _open(path, _find_encoding(path)) as file:
         whole = list(itertools.islice(file, TOP))
-    top = list(map(_without_comment, whole))
-    top = list(map(marks_of(top).read, top))
-    first = _first_row(top, whole)
+    top, _ = _plain(whole)
+    first = _first_row(top, whole, (2,))
     return first is not None and len(_words(top[first])) >= 3
 
 
 def _is_head(line, head):
     return line.lstrip("\ufeff") in head  # tables that were joined have their marks
+
+
+def _no_point(path, lines):
+    """-> UserProblem. lines: the first ones, without comments"""
+    words = [line.strip() for line in lines if line.strip() and line.strip() != "0"]  # the number of points
+    if not words or (len(words) == 1 and has_places(_words(words[0]))):
+        return no_points(path)
+    has_numbers = any(sum(map(_is_number, _words(line))) >= 3 for line in words)
+    return UserProblem(f"{path} is not a table of numbers: there is no point x y z in its first {len(lines)} "
+                       f"line{'s' * (len(lines) > 1)}; it begins with {shortened(words[0])!r}"
+                       + "; where words come before x y z, name all columns in the first line" * has_numbers)
+
+
+def _color_column(lines, marks, delimiter):
+    """-> the number of the column that is #rrggbb in these lines of the file, or None"""
+    line = next(filter(COLOR.search, lines), "")
+    cells = _split(marks.read(_without_comment(COLOR.sub("\0", line))), delimiter)
+    return cells.index("\0") if "\0" in cells else None
 
 
 def _find_layout(path):
@@ -174,29 +210,24 @@ def _find_layout(path):
     if head and _words(head[0])[0].lower() == "ncols":
         raise UserProblem(f"{path} is a grid of heights, not a table of points; convert it, for "
                           f"example with `gdal_translate -of XYZ {path} out.xyz`")
-    plain = [_without_comment(line) for line in head]
-    marks = marks_of(plain)
-    plain = list(map(marks.read, plain))
+    plain, marks = _plain(head)
     first = _first_row(plain, head)
     if first is None:
-        if any(line.strip() for line in plain):
-            start = next(line.strip() for line in plain if line.strip())
-            raise UserProblem(f"{path} is not a table of numbers: there is no point x y z in its first "
-                              f"{len(head)} line{'s' * (len(head) > 1)}; it begins with "
-                              f"{shortened(start)!r}")
-        raise no_points(path)
-    row = plain[first]
-    delimiter, marks.has_decimal_comma = _delimiter(row)
-    words = _split(marks.read(row), delimiter)
+        raise _no_point(path, plain)
+    delimiter, marks.has_decimal_comma = _delimiter(plain[first])
+    lines = [marks.read(line) for line, whole in zip(plain[first:], head[first:])
+             if line is plain[first] or (line.strip(BLANK) and not _is_head(whole, head[:first]))]
+    if delimiter is None and _are_between_tabs(lines):
+        delimiter = "\t"
+    rows = [_split(line, delimiter) for line in lines]
+    words = rows[0]
     names = _find_names(head[:first], delimiter, len(words))
-    rows = [_split(marks.read(line), delimiter) for line, whole in zip(plain[first:], head[first:])
-            if line.strip(BLANK) and not _is_head(whole, head[:first])]
     if names is None and delimiter == ",":
         _check_commas(path, head[:first], rows)
     used = _columns_of_numbers([row for row in rows if len(row) == len(words)])
-    # A last delimiter ends its line and begins no column.
-    is_whole = len(used) == len(words) or (names is None and words[-1] != "")
-    return _Layout(encoding, head[:first], delimiter, marks, names, None if is_whole else used)
+    color = _color_column(head[first:], marks, delimiter)
+    return _Layout(encoding, head[:first], delimiter, marks, names, None if len(used) == len(words) else used,
+                   color if color in used else None)
 
 
 def _lines(file, path, layout, at):
@@ -228,13 +259,16 @@ def _read_table(path, layout):
                                   delimiter=layout.delimiter, usecols=layout.used, encoding=None, **more)
         except ValueError as problem:
             cell = re.search("convert string '(.*?)'", str(problem))
-            if cell and _is_missing(cell[1]) and not more:
+            if len(layout.marks.odd) < len(ODD) and odd_of([at[1]]):
+                layout.marks.odd = ODD  # the first lines have not shown them
+            elif cell and _is_missing(cell[1]) and not more:
                 # Cells may be empty. This takes ten times as long.
                 more = {"converters": lambda cell: math.nan if _is_missing(cell) else float(cell)}
             elif _is_head(at[1], layout.head) and not layout.repeats_head:
                 layout.repeats_head = True
             else:
                 reason = re.sub(r" at row \d+.*| to float64.*", "", str(problem).split(";")[0]).rstrip(".")
+                reason = re.sub("invalid column index.*", "there are too few columns", reason)
                 raise UserProblem(f"{path} is not a table of numbers: {reason}, line {at[0]}; complete or delete "
                                   "that line") from problem
 
@@ -247,15 +281,23 @@ def read_text_cloud(path):
         raise no_points(path)
     lines, count = table.shape
     if count < 3:
-        raise UserProblem(f"{path} has {count} column{'s' * (count > 1)} of numbers; a point has at least x y z")
+        mark = f" between {layout.delimiter!r}" if layout.delimiter else ""
+        raise UserProblem(f"{path} has {count} column{'s' * (count != 1)} of numbers{mark}; a point has at least x y z")
     if count > max(lines, MOST_COLUMNS):
         raise UserProblem(f"{path} has {lines} lines of {count} numbers; each point needs a line of its "
                           "own, so write the table with its rows as columns")
-    if layout.names is None:
-        columns = by_values(path, table)
+    names = layout.names
+    if names and layout.used:
+        names = [names[number] for number in layout.used]
+    known = ()
+    if layout.color is not None:
+        at, known = layout.used.index(layout.color) if layout.used else layout.color, RGB
+        names = names and names[:at] + names[at + 1:]
+        table = np.hstack([np.delete(table, at, 1), channels_of(table[:, at])])
+    if names:
+        columns = by_names([*names, *known], table)
     else:
-        names = layout.names
-        columns = by_names([names[number] for number in layout.used] if layout.used else names,
-                           table)
+        columns = by_values(path, table[:, :table.shape[1] - len(known)])
+        columns.meanings += known
     make = cloud_of_degrees if columns.are_degrees else polydata_of
     return make(*arrays_of_columns(table, columns)), columns

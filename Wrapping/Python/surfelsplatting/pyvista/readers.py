@@ -212,7 +212,7 @@ def _read(reader, path):
 def _scan_of(read, path):
     """The cloud of a function that also tells the place of the scanner"""
     def noted(name):
-        cloud, viewpoint = read(name)
+        cloud, viewpoint, *_ = read(name)
         note_scan(cloud, viewpoint)
         return cloud
 

@@ -16,11 +16,11 @@ def _step_of(data):
     """The distance between the numbers that a coordinate of the points can be, along the axis where it is
     longest: float32 has 24 bits, of which points far from the origin have few left. 0: not float32."""
     places = to_numpy(data.GetPoints().GetData())
-    places = places[::max(1, len(places) // ASKED)].astype(float)
-    places = places[np.isfinite(places).all(axis=1)]
-    if not len(places):
-        return 0.0
-    with np.errstate(all="ignore"):  # beyond float32
+    with np.errstate(all="ignore"):  # NaN that signal, as in damaged files, and what is beyond float32
+        places = places[::max(1, len(places) // ASKED)].astype(float)
+        places = places[np.isfinite(places).all(axis=1)]
+        if not len(places):
+            return 0.0
         are_single = (places.astype(np.float32) == places).all(axis=0)
         # Of most points: few of them may be far away.
         steps = np.spacing(np.median(np.abs(places), axis=0).astype(np.float32))
