@@ -88,7 +88,12 @@ class TestCore(unittest.TestCase):
 
         whole = self.path("whole")
         run(ENV["CMAKE"], "--install", ENV["BUILD"], "--prefix", whole)
-        self.assertEqual(self.build_example("again", whole), picture)
+        # Other instructions round differently: a value between two bytes may become either.
+        again = self.build_example("again", whole)
+        self.assertEqual(again[:2], picture[:2])
+        steps = [abs(a - b) for a, b in zip(again[2], pixels)]
+        self.assertLessEqual(max(steps), 1)
+        self.assertLess(sum(steps), len(steps) // 10_000)
 
 
 if __name__ == "__main__":
