@@ -21,13 +21,17 @@ namespace SurfelSplatting
 namespace
 {
 /// What counts of fragments' weights for the length of their layers.
-/// @param most weights @param kernel 1 at the centre @param u 2 u, where they pass the lens
+/// @param most weights @param kernel of p at them @param u 2 u, where they pass the lens
 /// @param layer sum w before them
 template <bool OnLens>
-SURFELSPLATTING_INLINE Lanes ReachingWeight(
-  const Lanes& most, const Lanes& kernel, const LensPoints& u, const Lanes& layer)
+SURFELSPLATTING_INLINE Lanes ReachingWeight(const Lanes& most, const PreparedItem& p,
+  const Lanes& kernel, const LensPoints& u, const Lanes& layer)
 {
-  return OnLens ? most * ShareOfReach(kernel, layer) * ShareWithinRim(u.X * u.X + u.Y * u.Y) : most;
+  if (!OnLens)
+  {
+    return most;
+  }
+  return most * ShareOfReach(p.PerCenter * kernel, layer) * ShareWithinRim(u.X * u.X + u.Y * u.Y);
 }
 
 /// Makes the layers of a splat's fragments longer.
@@ -192,8 +196,7 @@ SURFELSPLATTING_INLINE unsigned int AddSplatToBlock(
   {
     const ItemRange place{ p.Range, p.Range.Near };
     const Lanes begin = BeginItem(open, at, *p.Item, place, RoomToFill<OnLens> * most, inside);
-    const Lanes relative = p.PerCenter * kernel;
-    Lengthen(open, p.Range, begin, ReachingWeight<OnLens>(most, relative, u, open.Weight), inside);
+    Lengthen(open, p.Range, begin, ReachingWeight<OnLens>(most, p, kernel, u, open.Weight), inside);
   }
   const Lanes weight = LimitWeight<OnLens>(most, FindRoom(open, u, 1.0f + Ripple<OnLens>));
   Lanes depth = p.Depth + p.DepthY * at.Y + p.DepthX * at.X;

@@ -35,7 +35,7 @@ struct alignas(64) PreparedItem
   float Depth, DepthX, DepthY;
   float Red, Green, Blue, Opacity;
   float Steepness;            ///< SmoothProfile
-  float PerCenter;            ///< 1 / the kernel at the centre
+  float PerCenter;            ///< 1 / the kernel at the centre; on the lens only
   float Edge, Square, Fourth; ///< BellProfile
   ItemKernel Kernel;
   const BatchItem* Item;
@@ -84,8 +84,6 @@ SURFELSPLATTING_INLINE void Prepare(
   p.Opacity = s.Opacity;
   p.Kernel = KernelOf(s.Shape);
   p.Steepness = s.Shape - FirstSmoothShape;
-  const float center = KernelAtCenter(p.Kernel, p.Steepness);
-  p.PerCenter = 1.0f / (center > 1e-30f ? center : 1e-30f);
   const BellWeights<float> bell = BellOf(s.Shape);
   p.Edge = bell.Edge;
   p.Square = bell.Square;
@@ -106,6 +104,8 @@ SURFELSPLATTING_INLINE void Prepare(
     p.Area = p.Weight * lens.Area - (p.AreaX * x + p.AreaY * y);
     p.Back = lens.Back;
     p.Share = lens.Share;
+    const float center = KernelAtCenter(p.Kernel, p.Steepness);
+    p.PerCenter = 1.0f / (center > 1e-30f ? center : 1e-30f);
   }
 }
 }

@@ -53,10 +53,10 @@ constexpr double GridCellsPerDeviation = 2.25;
 
 /// Splats go from the picture to the lowest grid over this share of the blur's deviation, not all
 /// at one. A surface that did so at once would flash where it covers another: in focus pulls of a
-/// lion, 12 px, 5 to 10 pixels of a frame step by more than 4.5 levels instead of 2. (Ours. With
-/// 0.2 1 does, but frames take 4 % longer instead of 3. If leaves and nodes went one by one, bars
-/// with level of detail would pop by 1.0 instead of 0.69 levels. The same for coarser grids costs
-/// scenes of 100 px 0.1 to 0.4 dB, and their pixels flash as before.)
+/// lion, 12 px, 5 to 8 pixels of a frame would step by more than 4.5 levels instead of 2. (Ours.
+/// With 0.2, one pixel does, but frames take 4 % longer instead of 2. If each splat had a blur of
+/// its own, bars with level of detail would pop by 1.0 instead of 0.69 levels. Coarser grids do not
+/// do it: a scene of 100 px lost 0.1 to 0.4 dB, and pixels flashed as before.)
 constexpr float GridStagger = 0.15f;
 
 /// Minimum standard deviation of a kernel's border on a coarse grid, in cells, including the tents.

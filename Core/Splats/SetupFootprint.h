@@ -160,9 +160,10 @@ SURFELSPLATTING_INLINE BlurShape<Real> ShapeOf(const SetupJob& job, const Screen
 template <class Real>
 SURFELSPLATTING_INLINE Real LeastBlurOfGrids(const BatchIndices<Real>& index)
 {
+  constexpr std::uint32_t goldenTurn = 2654435769u; // 2^32 over the golden ratio
   constexpr auto least = static_cast<float>(LowestCellsPerDeviation * (1 << LowestCoarseLevel));
   return GatherFloats<Real>([&](int lane) {
-    const std::uint32_t turns = static_cast<std::uint32_t>(index.LeafOf(lane) >> 2) * 2654435769u;
+    const std::uint32_t turns = static_cast<std::uint32_t>(index.LeafOf(lane) >> 2) * goldenTurn;
     const float share = static_cast<float>(turns >> 8) * (1.0f / 16777216.0f);
     const float deviation = least + least * GridStagger * share;
     return deviation * deviation;

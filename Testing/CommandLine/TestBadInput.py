@@ -201,7 +201,7 @@ class TestBadInput(ToolCase):
         self.check_mended("a.ply", content.decode().encode("utf-16"), "a mark of Unicode")
         self.check_mended("a.pcd", b"\xef\xbb\xbf" + content, "a mark of Unicode")
         write("a.ply", content_of("ok.ply").replace(b"\n", b"\r"))
-        self.refuse_cloud("a.ply", "end in CR alone", "save it with LF")
+        self.refuse_cloud("a.ply", "end in CR alone", "save it again, with LF")
 
     def test_numbers_that_were_written_as_text(self):
         """As by programs for Windows that forget to open a file as binary"""

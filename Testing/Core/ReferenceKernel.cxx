@@ -66,6 +66,12 @@ double ReferencePearsonExponent(const double w[2][2], double squaredConfusion)
   {
     return 1e300;
   }
+  const double mean = -excess / 8.0;
+  const double share = std::min(1.0, std::max(0.0, (50.0 - squaredConfusion) / 30.0));
+  if (share == 0.0)
+  {
+    return 1.0 / mean - 3.0;
+  }
   // Across the thin direction a disc's marginal, of kurtosis 2, is convolved with a Gaussian.
   double thinnest = 1e300;
   constexpr int Angles = 20000;
@@ -75,8 +81,7 @@ double ReferencePearsonExponent(const double w[2][2], double squaredConfusion)
     thinnest = std::min(thinnest, c * c * w[0][0] + 2.0 * c * d * w[0][1] + d * d * w[1][1]);
   }
   const double ofLens = 0.25 * squaredConfusion / thinnest;
-  const double mean = -excess / 8.0, across = ofLens * ofLens / 3.0;
-  const double share = std::min(1.0, std::max(0.0, (50.0 - squaredConfusion) / 30.0));
+  const double across = ofLens * ofLens / 3.0;
   return 1.0 / (mean + share * (across - mean)) - 3.0;
 }
 

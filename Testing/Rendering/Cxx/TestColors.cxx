@@ -25,6 +25,7 @@
 
 #include <cmath>
 #include <functional>
+#include <limits>
 
 #include <string>
 
@@ -90,6 +91,14 @@ TEST_CASE_FIXTURE(NoMessages, "Scalars with more components than colours")
   CHECK(TakeMessages().find("The scalars six have 6 components") != std::string::npos);
   scene.Window.Window->Render();
   CHECK(TakeMessages().empty()); // once
+  // Another problem of scalars is told of as well.
+  vtkNew<vtkFloatArray> nothing;
+  nothing->SetName("nothing");
+  nothing->SetNumberOfTuples(six->GetNumberOfTuples());
+  nothing->FillValue(std::numeric_limits<float>::quiet_NaN());
+  scene.Builder.Data->GetPointData()->SetScalars(nothing);
+  scene.Window.Window->Render();
+  CHECK(TakeMessages().find("The scalars nothing are NaN everywhere") != std::string::npos);
   scene.Window.Renderer->SetPass(nullptr);
   scene.Window.Window->Render(); // as dots
   CHECK(TakeMessages().find("drawn as dots") != std::string::npos);

@@ -27,7 +27,7 @@ def _check_line_ends(path, header):
     """PCL's parser takes all to be as the first one."""
     ends = LINE_END.findall(header)
     if ends[0] == b"\r":
-        how = _mended(path, r"tr '\r' '\n' < {}") if b"ascii" in header else "save it with LF"
+        how = _mended(path, r"tr '\r' '\n' < {}") if b"ascii" in header else "save it again, with LF at the ends of lines"
         raise UserProblem(f"{path}: the lines of its header end in CR alone, as on old Macs; {how}")
     if ends[0] != b"\n" and b"\n" in ends:
         number = 1 + ends.index(b"\n")
